@@ -1,0 +1,26 @@
+//! The vocabulary of sphereflow: what a stamp, an image, a depth, a pose and a status are.
+//!
+//! Nothing here computes; every other crate speaks in these words. Units are SI, time is integer
+//! nanoseconds, unknown depth is NaN, and transforms are named `target_from_source` so that
+//! adjacent names cancel.
+
+mod error;
+mod frame;
+mod plane;
+mod pose;
+mod sensors;
+mod stamp;
+mod status;
+mod trajectory;
+
+pub use error::Error;
+pub use frame::RgbdFrame;
+pub use plane::{DepthMap, Plane, RangeMap};
+pub use pose::Pose;
+pub use sensors::{ImuSample, MagSample, Twist};
+pub use stamp::Stamp;
+pub use status::{Reason, TrackStatus};
+pub use trajectory::{Trajectory, associate};
+
+/// Result of the crate's fallible calls.
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,139 @@
+//! What became of a frame, and why: failures are results with a reason, never a made-up pose.
+
+use std::fmt;
+
+/// What the tracker says of one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TrackStatus {
+    /// The first frame, or the first after a loss: it defines a pose, it measures none.
+    Started,
+    /// Measured, all directions well determined.
+    Tracked,
+    /// Measured, but some direction is poorly determined: see the covariance.
+    Weak(Reason),
+    /// Not measured: the pose is predicted and must not be taken for a measurement.
+    Lost(Reason),
+    /// The frame was left out on purpose (a repeated image, a stamp that does not increase).
+    Skipped(Reason),
+}
+
+/// Why a frame was weak, lost or skipped. The numbers are those that decided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reason {
+    /// The frame has no depth image.
+    NoDepth,
+    /// Too few pixels have a depth; `share` of 1.
+    FewKnownPixels {
+        /// Share of pixels with a depth.
+        share: f64,
+    },
+    /// Too few usable domains.
+    FewDomains {
+        /// How many there were.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// The residuals do not fit the noise model: frames do not overlap, or something large moved.
+    PoorFit {
+        /// Robust residual in units of the expected one.
+        scale: f64,
+    },
+    /// Some direction of motion leaves the depth unchanged (Theorem 3).
+    Unobservable {
+        /// Square root of the smallest over the largest eigenvalue of the information.
+        score: f64,
+    },
+    /// The estimated motion is larger than a camera between two frames can make.
+    ImplausibleMotion {
+        /// Speed found, m/s.
+        speed_m_s: f64,
+        /// Angular rate found, rad/s.
+        rate_rad_s: f64,
+    },
+    /// The solve did not settle.
+    NotConverged,
+    /// The frame is the same image as the one before.
+    DuplicateFrame,
+    /// The stamp does not come after the one before.
+    StampNotIncreasing,
+    /// Time without frames.
+    Gap {
+        /// Length of the gap, seconds.
+        seconds: f64,
+    },
+}
+
+impl TrackStatus {
+    /// True where the pose was measured or defined: such frames count as covered.
+    pub fn has_pose(&self) -> bool {
+        matches!(self, Self::Started | Self::Tracked | Self::Weak(_))
+    }
+
+    /// `started`, `tracked`, `weak`, `lost` or `skipped`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Started => "started",
+            Self::Tracked => "tracked",
+            Self::Weak(_) => "weak",
+            Self::Lost(_) => "lost",
+            Self::Skipped(_) => "skipped",
+        }
+    }
+
+    /// The reason, where there is one.
+    pub fn reason(&self) -> Option<Reason> {
+        match self {
+            Self::Started | Self::Tracked => None,
+            Self::Weak(reason) | Self::Lost(reason) | Self::Skipped(reason) => Some(*reason),
+        }
+    }
+}
+
+impl fmt::Display for TrackStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.reason() {
+            None => write!(f, "{}", self.name()),
+            Some(reason) => write!(f, "{}: {reason}", self.name()),
+        }
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoDepth => write!(f, "the frame has no depth image"),
+            Self::FewKnownPixels { share } => {
+                write!(f, "only {:.1} % of the pixels have a depth", 100.0 * share)
+            }
+            Self::FewDomains { found, needed } => {
+                write!(f, "{found} usable domains, {needed} needed")
+            }
+            Self::PoorFit { scale } => {
+                write!(
+                    f,
+                    "the depth does not fit a rigid motion (residual {scale:.1} times the noise)"
+                )
+            }
+            Self::Unobservable { score } => {
+                write!(
+                    f,
+                    "some direction of motion is not observable (score {score:.4})"
+                )
+            }
+            Self::ImplausibleMotion {
+                speed_m_s,
+                rate_rad_s,
+            } => {
+                write!(
+                    f,
+                    "implausible motion of {speed_m_s:.2} m/s and {rate_rad_s:.2} rad/s"
+                )
+            }
+            Self::NotConverged => write!(f, "the solve did not converge"),
+            Self::DuplicateFrame => write!(f, "same image as the frame before"),
+            Self::StampNotIncreasing => write!(f, "the stamp does not increase"),
+            Self::Gap { seconds } => write!(f, "{seconds:.3} s without frames"),
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! Files: data sets, trajectories, calibration, images and point clouds. No devices.

@@ -1,0 +1,1 @@
+//! Velocity and trajectory of a camera from its depth images: the geometric flow of Chapter 6.

@@ -1,0 +1,1 @@
+//! Simulated rooms, cameras and inertial sensors with honest noise; deterministic by seed.

@@ -1,0 +1,1 @@
+//! The map: for now a coloured, voxel-thinned cloud built from depth and estimated poses.
