@@ -1,0 +1,3 @@
+//! Tests of the grid against closed forms and under refinement.
+
+mod geometry;
