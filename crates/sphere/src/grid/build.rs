@@ -1,7 +1,10 @@
 //! From a camera to its grid: corners, rays, solid angles and edges.
 
 use super::SphereGrid;
+use super::edges::EdgeTable;
 use super::geometry::{Edge, triangle_solid_angle};
+use super::gradient::DualBasis;
+use super::lattice::{Axis, Lattice};
 use crate::camera::Camera;
 use nalgebra::{Vector2, Vector3};
 use sphereflow_core::{Error, Result};
@@ -53,12 +56,18 @@ impl SphereGrid {
                 format!("none in {width}x{height} pixels"),
             ));
         }
+        let valid = solid_angle.iter().map(|angle| angle.is_finite()).collect();
+        let lattice = Lattice::new(width, height, camera.wraps_around(), valid);
+        let dual = (0..width * height)
+            .map(|index| DualBasis::new(&lattice, &rays, index % width, index / width));
         Ok(Self {
             camera: camera.clone(),
+            dual: dual.collect(),
+            edges_x: EdgeTable::new(&lattice, &rays, Axis::X, corners.edges_x()),
+            edges_y: EdgeTable::new(&lattice, &rays, Axis::Y, corners.edges_y()),
             rays,
             solid_angle,
-            edges_x: corners.edges_x(),
-            edges_y: corners.edges_y(),
+            lattice,
         })
     }
 }

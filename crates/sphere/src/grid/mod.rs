@@ -5,12 +5,22 @@
 //! theorem of Gauss are then exact for every camera: straight lines of a pinhole image are great
 //! circles, and the pixels of a 360-degree image tile the whole sphere.
 
+mod border;
 mod build;
+mod divergence;
+mod edges;
 mod geometry;
+mod gradient;
+mod laplacian;
+mod lattice;
 
+pub use border::Border;
 pub use geometry::Edge;
 
 use crate::camera::Camera;
+use edges::EdgeTable;
+use gradient::DualBasis;
+use lattice::{Axis, Lattice};
 use nalgebra::Vector3;
 
 /// A camera sampled on its pixels. Pixel `(x, y)` has index `y * width + x` in every slice.
@@ -23,10 +33,12 @@ pub struct SphereGrid {
     camera: Camera,
     rays: Vec<Vector3<f64>>,
     solid_angle: Vec<f64>,
+    lattice: Lattice,
+    dual: Vec<DualBasis>,
     /// `(width + 1) * height` edges, normals to +x.
-    edges_x: Vec<Edge>,
+    edges_x: EdgeTable,
     /// `width * (height + 1)` edges, normals to +y.
-    edges_y: Vec<Edge>,
+    edges_y: EdgeTable,
 }
 
 impl SphereGrid {
@@ -82,7 +94,7 @@ impl SphereGrid {
     /// # Panics
     /// Outside the image, as slices do.
     pub fn edge_x(&self, x: usize, y: usize) -> &Edge {
-        &self.edges_x[y * (self.width() + 1) + x]
+        self.edges_x.edge(x, y)
     }
 
     /// The edge between pixels `(x, y - 1)` and `(x, y)`, `y` from 0 to the height, normal to +y.
@@ -91,7 +103,14 @@ impl SphereGrid {
     /// # Panics
     /// Outside the image, as slices do.
     pub fn edge_y(&self, x: usize, y: usize) -> &Edge {
-        &self.edges_y[y * self.width() + x]
+        self.edges_y.edge(x, y)
+    }
+
+    fn table(&self, axis: Axis) -> &EdgeTable {
+        match axis {
+            Axis::X => &self.edges_x,
+            Axis::Y => &self.edges_y,
+        }
     }
 }
 
