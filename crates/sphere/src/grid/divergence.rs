@@ -15,7 +15,7 @@ impl SphereGrid {
     /// for every set of pixels. On the edge the field is the mean of both pixels: in pixel
     /// coordinates the error of that mean is smooth, so that the balance is second order, although
     /// pixels are neither equal nor rectangular on the sphere. The edge normal is orthogonal to
-    /// every ray of the edge, so a radial part of the field does not count.
+    /// every ray of the edge: a radial part of the field counts only within the second order.
     ///
     /// NaN where the pixel is invalid or one of the values its fluxes read is NaN (its neighbours;
     /// beside a border the two next pixels inwards).
