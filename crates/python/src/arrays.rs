@@ -34,7 +34,10 @@ fn contiguous<'py>(
 /// Checks a shape: `None` accepts any length on that axis.
 fn check_shape(name: &str, found: &[usize], expected: &[Option<usize>]) -> PyResult<()> {
     let fits = found.len() == expected.len()
-        && found.iter().zip(expected).all(|(f, e)| e.is_none_or(|e| e == *f));
+        && found
+            .iter()
+            .zip(expected)
+            .all(|(f, e)| e.is_none_or(|e| e == *f));
     if fits {
         return Ok(());
     }
@@ -47,7 +50,11 @@ fn check_shape(name: &str, found: &[usize], expected: &[Option<usize>]) -> PyRes
     let found: Vec<String> = found.iter().map(ToString::to_string).collect();
     Err(exception(
         Kind::Shape,
-        format!("{name}: expected shape ({}), found ({})", words.join(", "), found.join(", ")),
+        format!(
+            "{name}: expected shape ({}), found ({})",
+            words.join(", "),
+            found.join(", ")
+        ),
     ))
 }
 
@@ -66,7 +73,11 @@ pub fn floats<'py>(
 /// An `(N, 3)` array as vectors.
 pub fn vectors3(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Vector3<f64>>> {
     let array = floats(value, name, &[None, Some(3)])?;
-    Ok(array.as_slice()?.chunks_exact(3).map(Vector3::from_column_slice).collect())
+    Ok(array
+        .as_slice()?
+        .chunks_exact(3)
+        .map(Vector3::from_column_slice)
+        .collect())
 }
 
 /// A `(3,)` vector.
@@ -80,7 +91,12 @@ pub fn stamps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Stamp>> {
     let hint = " (integer nanoseconds; a float cannot hold a Unix time)";
     let array = contiguous(value, name, "int64", "iu", hint)?.cast_into::<PyArrayDyn<i64>>()?;
     check_shape(name, array.shape(), &[None])?;
-    Ok(array.readonly().as_slice()?.iter().map(|&ns| Stamp::from_ns(ns)).collect())
+    Ok(array
+        .readonly()
+        .as_slice()?
+        .iter()
+        .map(|&ns| Stamp::from_ns(ns))
+        .collect())
 }
 
 /// A depth image `(H, W)` in metres, z along the optical axis; anything not finite and positive is
@@ -114,12 +130,22 @@ pub fn colour(
     size: Option<(usize, usize)>,
 ) -> PyResult<Plane<[u8; 3]>> {
     let array = contiguous(value, name, "uint8", "u", " (RGB, 0 to 255)")?;
-    let itemsize: usize = value.getattr("itemsize").and_then(|v| v.extract()).unwrap_or(1);
+    let itemsize: usize = value
+        .getattr("itemsize")
+        .and_then(|v| v.extract())
+        .unwrap_or(1);
     if itemsize != 1 {
-        return Err(exception(Kind::Dtype, format!("{name}: expected uint8 values (RGB)")));
+        return Err(exception(
+            Kind::Dtype,
+            format!("{name}: expected uint8 values (RGB)"),
+        ));
     }
     let array = array.cast_into::<PyArrayDyn<u8>>()?;
-    check_shape(name, array.shape(), &[size.map(|s| s.1), size.map(|s| s.0), Some(3)])?;
+    check_shape(
+        name,
+        array.shape(),
+        &[size.map(|s| s.1), size.map(|s| s.0), Some(3)],
+    )?;
     let (height, width) = (array.shape()[0], array.shape()[1]);
     let view = array.readonly();
     let (pixels, _) = view.as_slice()?.as_chunks::<3>();

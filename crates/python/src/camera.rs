@@ -18,13 +18,17 @@ impl PyCamera {
     #[staticmethod]
     #[pyo3(signature = (fx, fy, cx, cy, width, height))]
     fn pinhole(fx: f64, fy: f64, cx: f64, cy: f64, width: usize, height: usize) -> PyResult<Self> {
-        Camera::pinhole(fx, fy, cx, cy, width, height).into_python().map(Self)
+        Camera::pinhole(fx, fy, cx, cy, width, height)
+            .into_python()
+            .map(Self)
     }
 
     /// The whole sphere by longitude and latitude.
     #[staticmethod]
     fn equirectangular(width: usize, height: usize) -> PyResult<Self> {
-        Camera::equirectangular(width, height).into_python().map(Self)
+        Camera::equirectangular(width, height)
+            .into_python()
+            .map(Self)
     }
 
     /// Pixels per row.
@@ -62,7 +66,9 @@ impl PyCamera {
         let pixels = floats(pixels, "pixels", &[None, Some(2)])?;
         let (pixels, _) = pixels.as_slice()?.as_chunks::<2>();
         let flat = pixels.iter().flat_map(|&[u, v]| {
-            self.0.unproject(&Vector2::new(u, v)).map_or([f64::NAN; 3], |r| [r.x, r.y, r.z])
+            self.0
+                .unproject(&Vector2::new(u, v))
+                .map_or([f64::NAN; 3], |r| [r.x, r.y, r.z])
         });
         PyArray1::from_iter(py, flat).reshape([pixels.len(), 3])
     }

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 use sphereflow_core::Error as CoreError;
+use sphereflow_io::Error as IoError;
 
 /// Names of the classes in `sphereflow.errors`.
 pub enum Kind {
@@ -50,9 +51,8 @@ pub fn exception(kind: Kind, message: impl ToString) -> PyErr {
 
 fn class<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyType>> {
     static MODULE: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
-    let module = MODULE.get_or_try_init(py, || {
-        py.import("sphereflow.errors").map(Bound::unbind)
-    })?;
+    let module =
+        MODULE.get_or_try_init(py, || py.import("sphereflow.errors").map(Bound::unbind))?;
     Ok(module.bind(py).getattr(name)?.cast_into::<PyType>()?)
 }
 
@@ -66,6 +66,25 @@ impl<T> IntoPython<T> for Result<T, CoreError> {
     fn into_python(self) -> PyResult<T> {
         self.map_err(|error| core_error(&error))
     }
+}
+
+impl<T> IntoPython<T> for Result<T, IoError> {
+    fn into_python(self) -> PyResult<T> {
+        self.map_err(|error| io_error(&error))
+    }
+}
+
+/// The exception of a file error: missing files and refusals of the system are told apart.
+pub fn io_error(error: &IoError) -> PyErr {
+    let kind = match error {
+        IoError::Core(error) => return core_error(error),
+        IoError::System { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+            Kind::MissingFile
+        }
+        IoError::System { .. } => Kind::FileAccess,
+        _ => Kind::Data,
+    };
+    exception(kind, error)
 }
 
 /// The exception of a core error, with its whole text.

@@ -5,6 +5,8 @@ use crate::errors::{IntoPython, Kind, exception};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_core::{Pose, Stamp, Trajectory, associate as associate_stamps};
+use sphereflow_io::trajectory::{TrajectoryFormat, read_trajectory, write_trajectory};
+use std::path::PathBuf;
 
 /// Poses at strictly increasing stamps.
 #[pyclass(name = "Trajectory", module = "sphereflow", frozen)]
@@ -30,11 +32,28 @@ impl PyTrajectory {
             .zip(quaternions)
             .enumerate()
             .map(|(i, (&p, &q))| {
-                Pose::from_parts(p, q)
-                    .map_err(|e| exception(Kind::Value, format!("pose {i}: {e}")))
+                Pose::from_parts(p, q).map_err(|e| exception(Kind::Value, format!("pose {i}: {e}")))
             })
             .collect::<PyResult<Vec<Pose>>>()?;
         Ok(Self(Trajectory::from_vecs(stamps, poses).into_python()?))
+    }
+
+    /// Read a trajectory file.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, format = None))]
+    fn read(py: Python<'_>, path: PathBuf, format: Option<&str>) -> PyResult<Self> {
+        let format = format.map(trajectory_format).transpose()?;
+        py.detach(|| read_trajectory(&path, format))
+            .into_python()
+            .map(Self)
+    }
+
+    /// Write a trajectory file, beside and then renamed.
+    #[pyo3(signature = (path, *, format = None))]
+    fn write(&self, py: Python<'_>, path: PathBuf, format: Option<&str>) -> PyResult<()> {
+        let format = format.map_or(Ok(TrajectoryFormat::Tum), trajectory_format)?;
+        py.detach(|| write_trajectory(&path, &self.0, format))
+            .into_python()
     }
 
     fn __len__(&self) -> usize {
@@ -59,7 +78,11 @@ impl PyTrajectory {
     /// Positions in metres, (N, 3).
     #[getter]
     fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let flat = self.0.poses().iter().flat_map(|p| [p.translation.x, p.translation.y, p.translation.z]);
+        let flat = self
+            .0
+            .poses()
+            .iter()
+            .flat_map(|p| [p.translation.x, p.translation.y, p.translation.z]);
         PyArray1::from_iter(py, flat).reshape([self.0.len(), 3])
     }
 
@@ -83,6 +106,10 @@ impl PyTrajectory {
             .map(|pose| pose_matrix(py, &pose))
             .transpose()
     }
+}
+
+fn trajectory_format(name: &str) -> PyResult<TrajectoryFormat> {
+    name.parse::<TrajectoryFormat>().into_python()
 }
 
 /// A pose as a 4x4 array.
@@ -111,7 +138,10 @@ pub fn associate<'py>(
         let text = format!("max_difference_s: expected seconds >= 0, found {max_difference_s}");
         return Err(exception(Kind::Value, text));
     }
-    let (a, b) = (stamps(stamp_ns_a, "stamp_ns_a")?, stamps(stamp_ns_b, "stamp_ns_b")?);
+    let (a, b) = (
+        stamps(stamp_ns_a, "stamp_ns_a")?,
+        stamps(stamp_ns_b, "stamp_ns_b")?,
+    );
     let pairs = associate_stamps(&a, &b, (max_difference_s * 1e9).round() as u64);
     let flat = pairs.iter().flat_map(|&(i, j)| [i as i64, j as i64]);
     PyArray1::from_iter(py, flat).reshape([pairs.len(), 2])
