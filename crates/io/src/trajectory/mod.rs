@@ -19,6 +19,7 @@ mod tum;
 pub use euroc::{read_euroc, write_euroc};
 pub use format::{TrajectoryFormat, guess_format};
 pub use kitti::{read_kitti, write_kitti, write_kitti_times};
+pub(crate) use pose_text::pose_from_parts;
 pub use tum::{read_tum, write_tum};
 
 use crate::{Result, Warnings};

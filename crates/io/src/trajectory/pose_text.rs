@@ -14,17 +14,26 @@ const UNIT_TOLERANCE: f64 = 1e-14;
 /// TUM files have at least nine decimals: evo and others print them so, and tables line up.
 const DECIMALS: usize = 9;
 
-/// A pose from a row's numbers; the quaternion is normalised only where that is needed.
-pub(super) fn pose_of(row: &Row<'_>, translation: [f64; 3], quat_xyzw: [f64; 4]) -> Result<Pose> {
+/// A pose from numbers in a file; the quaternion is normalised only where that is needed.
+pub(crate) fn pose_from_parts(
+    translation: [f64; 3],
+    quat_xyzw: [f64; 4],
+) -> std::result::Result<Pose, CoreError> {
     let [x, y, z, w] = quat_xyzw;
     let quaternion = Quaternion::new(w, x, y, z);
-    if (quaternion.norm_squared() - 1.0).abs() <= UNIT_TOLERANCE {
+    let unit = (quaternion.norm_squared() - 1.0).abs() <= UNIT_TOLERANCE;
+    if unit && translation.iter().all(|v| v.is_finite()) {
         return Ok(Pose::new(
             UnitQuaternion::new_unchecked(quaternion),
             Vector3::from(translation),
         ));
     }
-    Pose::from_parts(translation, quat_xyzw).map_err(|error| match error {
+    Pose::from_parts(translation, quat_xyzw)
+}
+
+/// A pose from a row's numbers.
+pub(super) fn pose_of(row: &Row<'_>, translation: [f64; 3], quat_xyzw: [f64; 4]) -> Result<Pose> {
+    pose_from_parts(translation, quat_xyzw).map_err(|error| match error {
         CoreError::Value {
             argument,
             expected,
