@@ -1,1 +1,16 @@
 //! Simulated rooms, cameras and inertial sensors with honest noise; deterministic by seed.
+//!
+//! The world has x right, y down, z forward: gravity is (0, +9.81, 0). A [`Scene`] is a few dozen
+//! solids painted with textures, a [`Motion`] a camera path with exact derivatives, a [`Renderer`]
+//! what a camera sees of the scene from a pose.
+
+pub mod motion;
+pub mod render;
+pub mod scene;
+
+mod error;
+
+pub use error::{Error, Result};
+pub use motion::{Motion, MotionState};
+pub use render::{Rendered, Renderer, render};
+pub use scene::{Hit, Scene};
