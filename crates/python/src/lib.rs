@@ -3,6 +3,7 @@
 mod arrays;
 mod camera;
 mod errors;
+mod grid;
 mod trajectory;
 
 use pyo3::prelude::*;
@@ -14,6 +15,8 @@ mod _native {
 
     #[pymodule_export]
     use crate::camera::PyCamera;
+    #[pymodule_export]
+    use crate::grid::PySphereGrid;
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
 

@@ -5,8 +5,10 @@
 //! what a camera sees of the scene from a pose.
 
 pub mod motion;
+pub mod noise;
 pub mod render;
 pub mod scene;
+pub mod sensors;
 
 mod error;
 
