@@ -1,0 +1,33 @@
+"""What every test may use: the package (or its stand-in) and the folder of recordings."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+for folder in (HERE, HERE.parent / "tools"):
+    if str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
+
+try:
+    import sphereflow
+except ModuleNotFoundError:  # not installed: the source tree
+    sys.path.insert(0, str(HERE.parent / "python"))
+    import sphereflow
+
+import stand_in
+
+stand_in.install(sphereflow)
+
+
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """The folder of recorded data, or a skip that says why."""
+    folder = os.environ.get("SPHEREFLOW_DATA")
+    if not folder:
+        pytest.skip("SPHEREFLOW_DATA is not set: no recorded data to test on")
+    return Path(folder)
