@@ -6,8 +6,8 @@ use nalgebra::Vector2;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
-use std::collections::BTreeMap;
 use sphereflow_sphere::Camera;
+use std::collections::BTreeMap;
 
 /// A central camera: a model and the size of its image.
 #[pyclass(name = "Camera", module = "sphereflow", frozen, eq)]
@@ -29,7 +29,9 @@ impl PyCamera {
         height: usize,
         skew: f64,
     ) -> PyResult<Self> {
-        Camera::pinhole_with_skew(fx, fy, cx, cy, skew, width, height).into_python().map(Self)
+        Camera::pinhole_with_skew(fx, fy, cx, cy, skew, width, height)
+            .into_python()
+            .map(Self)
     }
 
     /// OpenCV's lens model: radial k1..k6 (rational) and tangential p1, p2.
@@ -54,7 +56,9 @@ impl PyCamera {
         k6: f64,
     ) -> PyResult<Self> {
         let distortion = [k1, k2, p1, p2, k3, k4, k5, k6];
-        Camera::opencv(fx, fy, cx, cy, distortion, width, height).into_python().map(Self)
+        Camera::opencv(fx, fy, cx, cy, distortion, width, height)
+            .into_python()
+            .map(Self)
     }
 
     /// The thesis's inverse polynomial r_u = r_d (1 + k1 r_d^2 + ...) (1.5).
@@ -134,7 +138,9 @@ impl PyCamera {
         width: usize,
         height: usize,
     ) -> PyResult<Self> {
-        Camera::unified(fx, fy, cx, cy, alpha, width, height).into_python().map(Self)
+        Camera::unified(fx, fy, cx, cy, alpha, width, height)
+            .into_python()
+            .map(Self)
     }
 
     /// Double sphere model.
@@ -150,13 +156,17 @@ impl PyCamera {
         width: usize,
         height: usize,
     ) -> PyResult<Self> {
-        Camera::double_sphere(fx, fy, cx, cy, [xi, alpha], width, height).into_python().map(Self)
+        Camera::double_sphere(fx, fy, cx, cy, [xi, alpha], width, height)
+            .into_python()
+            .map(Self)
     }
 
     /// The whole sphere by longitude and latitude.
     #[staticmethod]
     fn equirectangular(width: usize, height: usize) -> PyResult<Self> {
-        Camera::equirectangular(width, height).into_python().map(Self)
+        Camera::equirectangular(width, height)
+            .into_python()
+            .map(Self)
     }
 
     /// Any model by its name and named parameters, as in a calibration file.
@@ -168,7 +178,9 @@ impl PyCamera {
         height: usize,
     ) -> PyResult<Self> {
         let parameters: Vec<(String, f64)> = parameters.into_iter().collect();
-        Camera::from_named(model, &parameters, width, height).into_python().map(Self)
+        Camera::from_named(model, &parameters, width, height)
+            .into_python()
+            .map(Self)
     }
 
     /// Name of the model.
@@ -189,10 +201,18 @@ impl PyCamera {
     }
 
     fn __repr__(&self) -> String {
-        let parameters: Vec<String> =
-            self.0.named_parameters().iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let parameters: Vec<String> = self
+            .0
+            .named_parameters()
+            .iter()
+            .map(|(name, value)| format!("{name}={value}"))
+            .collect();
         let (width, height) = (self.0.width(), self.0.height());
-        format!("Camera({} {width}x{height}: {})", self.0.model_name(), parameters.join(", "))
+        format!(
+            "Camera({} {width}x{height}: {})",
+            self.0.model_name(),
+            parameters.join(", ")
+        )
     }
 
     /// Pixels per row.

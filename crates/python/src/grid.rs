@@ -19,7 +19,9 @@ impl PySphereGrid {
 
     fn scalar_field(&self, value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
         let (height, width) = self.shape();
-        Ok(floats(value, name, &[Some(height), Some(width)])?.as_slice()?.to_vec())
+        Ok(floats(value, name, &[Some(height), Some(width)])?
+            .as_slice()?
+            .to_vec())
     }
 
     fn scalar_array<'py>(
@@ -46,7 +48,9 @@ impl PySphereGrid {
 impl PySphereGrid {
     #[new]
     fn new(py: Python<'_>, camera: &PyCamera) -> PyResult<Self> {
-        py.detach(|| SphereGrid::new(&camera.0)).into_python().map(Self)
+        py.detach(|| SphereGrid::new(&camera.0))
+            .into_python()
+            .map(Self)
     }
 
     /// The camera that is sampled.
@@ -86,8 +90,11 @@ impl PySphereGrid {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (height, width) = self.shape();
         let u = floats(u, "u", &[Some(height), Some(width), Some(3)])?;
-        let u: Vec<Vector3<f64>> =
-            u.as_slice()?.chunks_exact(3).map(Vector3::from_column_slice).collect();
+        let u: Vec<Vector3<f64>> = u
+            .as_slice()?
+            .chunks_exact(3)
+            .map(Vector3::from_column_slice)
+            .collect();
         let divergence = py.detach(|| self.0.divergence(&u)).into_python()?;
         self.scalar_array(py, divergence)
     }
@@ -105,6 +112,9 @@ impl PySphereGrid {
 
     fn __repr__(&self) -> String {
         let (height, width) = self.shape();
-        format!("SphereGrid({} camera, {width}x{height})", self.0.camera().model_name())
+        format!(
+            "SphereGrid({} camera, {width}x{height})",
+            self.0.camera().model_name()
+        )
     }
 }
