@@ -4,6 +4,7 @@ mod arrays;
 mod camera;
 mod errors;
 mod grid;
+mod odometry;
 mod trajectory;
 
 use pyo3::prelude::*;
@@ -17,6 +18,10 @@ mod _native {
     use crate::camera::PyCamera;
     #[pymodule_export]
     use crate::grid::PySphereGrid;
+    #[pymodule_export]
+    use crate::odometry::{
+        PyDepthOdometry, PyOdometryResult, PyVelocityEstimate, py_estimate_velocity,
+    };
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
 
