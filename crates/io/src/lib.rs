@@ -4,6 +4,7 @@ mod beside;
 pub mod calibration;
 mod error;
 pub mod images;
+pub mod recording;
 mod rows;
 pub mod trajectory;
 mod warnings;
