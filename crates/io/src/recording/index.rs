@@ -24,11 +24,11 @@ pub(super) fn read(folder: &Path, name: &str, warnings: &mut Warnings) -> Result
             && stamp <= last.stamp
         {
             let what = if stamp == last.stamp {
-                "repeated"
+                "a repeated"
             } else {
-                "unsorted"
+                "an unsorted"
             };
-            warnings.add(&format!("{name}: row with a {what} stamp left out"), || {
+            warnings.add(&format!("{name}: row with {what} stamp left out"), || {
                 format!("line {}: {stamp} s after {} s", row.line, last.stamp)
             });
             continue;

@@ -62,7 +62,11 @@ fn not_a_recording(path: &Path) -> Result<Error> {
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
         .collect();
     names.sort();
+    let cut_short = path
+        .extension()
+        .is_some_and(|extension| extension == "partial");
     let found = match names.len() {
+        _ if cut_short => "a recording that was cut short (.partial): images, but no lists".into(),
         0 => "an empty folder".to_string(),
         n if n <= SHOWN => names.join(", "),
         n => format!("{}, ... ({n} entries)", names[..SHOWN].join(", ")),

@@ -85,11 +85,11 @@ fn read<T>(
         match samples.last().map(&stamp_of) {
             Some(last) if stamp <= last => {
                 let what = if stamp == last {
-                    "repeated"
+                    "a repeated"
                 } else {
-                    "unsorted"
+                    "an unsorted"
                 };
-                let text = format!("{name}: sample with a {what} stamp left out");
+                let text = format!("{name}: sample with {what} stamp left out");
                 warnings.add(&text, || {
                     format!("line {}: {stamp} s after {last} s", row.line)
                 });
