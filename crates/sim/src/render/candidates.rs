@@ -3,11 +3,13 @@
 use crate::scene::{Crossing, Scene, Shape};
 use nalgebra::{Rotation3, Vector3};
 
-/// A cone around a bundle of rays, camera frame.
+/// A cone around a bundle of rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cone {
     axis: Vector3<f64>,
     half_angle_rad: f64,
+    cos: f64,
+    sin: f64,
 }
 
 impl Cone {
@@ -16,15 +18,19 @@ impl Cone {
         let known = || rays.iter().filter(|ray| ray.x.is_finite());
         let mean: Vector3<f64> = known().sum();
         let Some(axis) = mean.try_normalize(1e-6) else {
-            return Self {
-                axis: Vector3::z(),
-                half_angle_rad: std::f64::consts::PI,
-            };
+            return Self::new(Vector3::z(), std::f64::consts::PI);
         };
         let widest = known().map(|ray| ray.angle(&axis)).fold(0.0, f64::max);
+        Self::new(axis, widest + 1e-9)
+    }
+
+    fn new(axis: Vector3<f64>, half_angle_rad: f64) -> Self {
+        let (sin, cos) = half_angle_rad.sin_cos();
         Self {
             axis,
-            half_angle_rad: widest + 1e-9,
+            half_angle_rad,
+            cos,
+            sin,
         }
     }
 }
@@ -32,7 +38,7 @@ impl Cone {
 /// The primitives ahead of one origin, and those that a cone can meet.
 pub(super) struct Candidates<'a> {
     scene: &'a Scene,
-    /// Direction, half angle and nearest distance of each bounded primitive.
+    /// The bounded primitives, nearest first.
     balls: Vec<Ball<'a>>,
     /// What surrounds the camera: always a candidate, and the last to be tried.
     around: Vec<(usize, &'a Shape)>,
@@ -43,8 +49,8 @@ pub(super) struct Candidates<'a> {
 struct Ball<'a> {
     primitive: usize,
     shape: &'a Shape,
-    direction: Vector3<f64>,
-    half_angle_rad: f64,
+    /// The rays from the origin to its bounding ball, world frame.
+    bundle: Cone,
     nearest_m: f64,
 }
 
@@ -59,20 +65,15 @@ impl<'a> Candidates<'a> {
             };
             let towards = centre - origin;
             let distance = towards.norm();
-            let inside = distance <= radius;
+            let bundle = if distance > radius {
+                Cone::new(towards / distance, (radius / distance).asin())
+            } else {
+                Cone::new(Vector3::z(), std::f64::consts::PI)
+            };
             balls.push(Ball {
                 primitive,
                 shape,
-                direction: if inside {
-                    Vector3::z()
-                } else {
-                    towards / distance
-                },
-                half_angle_rad: if inside {
-                    std::f64::consts::PI
-                } else {
-                    (radius / distance).asin()
-                },
+                bundle,
                 nearest_m: distance - radius,
             });
         }
@@ -90,8 +91,10 @@ impl<'a> Candidates<'a> {
         let axis = world_from_camera * cone.axis;
         self.chosen.clear();
         self.chosen.extend(self.balls.iter().filter(|ball| {
-            let reach = ball.half_angle_rad + cone.half_angle_rad;
-            reach >= std::f64::consts::PI || axis.dot(&ball.direction) >= reach.cos()
+            // Overlap where the angle between the axes is at most the sum of the half angles.
+            ball.bundle.half_angle_rad + cone.half_angle_rad >= std::f64::consts::PI
+                || axis.dot(&ball.bundle.axis)
+                    >= ball.bundle.cos * cone.cos - ball.bundle.sin * cone.sin
         }));
     }
 

@@ -23,6 +23,7 @@ impl Scene {
             primitives: Vec::new(),
         };
         furnisher.walls();
+        furnisher.ceiling();
         furnisher.table();
         furnisher.back_wall();
         furnisher.front_wall();
@@ -58,12 +59,7 @@ impl Furnisher {
     fn block(&mut self, [x, base, z]: [f64; 3], size: [f64; 3], yaw_rad: f64, texture: Texture) {
         let half_size_m = 0.5 * Vector3::from(size);
         let centre = Vector3::new(x, base - half_size_m.y, z);
-        let block = Block {
-            centre,
-            half_size_m,
-            yaw_rad,
-        };
-        self.put(block, texture);
+        self.put(Block::new(centre, half_size_m, yaw_rad), texture);
     }
 
     fn ball(&mut self, [x, base, z]: [f64; 3], radius_m: f64, texture: Texture) {
@@ -177,6 +173,18 @@ impl Furnisher {
         });
     }
 
+    /// Three beams and a lamp under the ceiling.
+    fn ceiling(&mut self) {
+        let (ceiling, length) = (ROOM_MIN[1], ROOM_MAX[2] - ROOM_MIN[2]);
+        for x in [-2.0, 0.0, 2.0] {
+            let wood = self.wood([0.9, 0.07], [126.0, 92.0, 62.0]);
+            let place = [x + self.jitter(0.2), ceiling + 0.12, 0.0];
+            self.block(place, [0.16, 0.12, length - 0.01], 0.0, wood);
+        }
+        let glass = self.marble(0.1, [226.0, 220.0, 200.0], 28.0);
+        self.ball([1.0, ceiling + 0.34, 0.3], 0.17, glass);
+    }
+
     /// A table in the middle with things on it, and two stools.
     fn table(&mut self) {
         let yaw = self.jitter(0.4);
@@ -246,6 +254,7 @@ impl Furnisher {
         self.cylinder([-1.75, FLOOR - 1.35, z + 0.35], 0.2, 0.34, shade);
         self.poster([x - 0.45, -0.45, z], Vector3::z(), [0.9, 0.7], 0.12);
         self.poster([x + 0.75, -0.4, z], Vector3::z(), [0.6, 0.85], 0.2);
+        self.poster([-2.35, -0.3, z], Vector3::z(), [0.5, 0.7], 0.1);
     }
 
     /// Along -x (plain): a desk with boxes, a ball, a picture, a plant pot.

@@ -7,19 +7,29 @@ use nalgebra::Vector3;
 /// A solid box turned about the vertical; invisible from inside. Faces as those of a room.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
-    /// Centre, metres.
-    pub centre: Vector3<f64>,
-    /// Half of its width (x), height (y) and length (z) before it is turned, metres.
-    pub half_size_m: Vector3<f64>,
-    /// Turn about the y axis, radians; positive from z towards x.
-    pub yaw_rad: f64,
+    pub(super) centre: Vector3<f64>,
+    pub(super) half_size_m: Vector3<f64>,
+    sin: f64,
+    cos: f64,
 }
 
 impl Block {
+    /// From its centre, half of its width (x), height (y) and length (z), metres, and its turn
+    /// about the y axis, radians, positive from z towards x.
+    pub fn new(centre: Vector3<f64>, half_size_m: Vector3<f64>, yaw_rad: f64) -> Self {
+        let (sin, cos) = yaw_rad.sin_cos();
+        Self {
+            centre,
+            half_size_m,
+            sin,
+            cos,
+        }
+    }
+
     /// World direction into the frame of the box.
     #[inline]
     fn local(&self, v: &Vector3<f64>) -> Vector3<f64> {
-        let (sin, cos) = self.yaw_rad.sin_cos();
+        let (sin, cos) = (self.sin, self.cos);
         Vector3::new(cos * v.x - sin * v.z, v.y, sin * v.x + cos * v.z)
     }
 
@@ -48,7 +58,7 @@ impl Block {
         _: &Vector3<f64>,
     ) -> SurfacePoint {
         let local = self.local(&(point - self.centre));
-        let (n, (sin, cos)) = (face_normal(face), self.yaw_rad.sin_cos());
+        let (n, sin, cos) = (face_normal(face), self.sin, self.cos);
         SurfacePoint {
             normal: Vector3::new(cos * n.x + sin * n.z, n.y, cos * n.z - sin * n.x),
             uv: face_uv(&local, face),

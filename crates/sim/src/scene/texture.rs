@@ -156,6 +156,9 @@ fn fade(ratio: f64) -> f64 {
     (1.5 - ratio).clamp(0.0, 1.0)
 }
 
+/// Length and height of the grain within a brick, metres.
+const GRAIN_M: [f64; 2] = [0.035, 0.012];
+
 #[inline]
 fn bricks(
     [u, v]: [f64; 2],
@@ -174,9 +177,14 @@ fn bricks(
     let ramp_m = footprint_m.max(0.3 * joint_m);
     let solid = ((border - 0.5 * joint_m) / ramp_m + 0.5).clamp(0.0, 1.0);
     let [tone, hue, _] = hashed(seed, column, row, 7);
-    let [grain, _, _] = cells_2d(seed ^ 0xA5, u / 0.035, v / 0.012, 0.6);
-    let deviation =
-        spread * (tone + 0.4 * grain * fade(footprint_m / 0.02)) * fade(footprint_m / height);
+    // Averaged away where a pixel is wider than the grain.
+    let visible = fade(footprint_m / GRAIN_M[1]);
+    let grain = if visible > 0.0 {
+        visible * cells_2d(seed ^ 0xA5, u / GRAIN_M[0], v / GRAIN_M[1], 0.6)[0]
+    } else {
+        0.0
+    };
+    let deviation = spread * (tone + 0.4 * grain) * fade(footprint_m / height);
     let brick = [
         rgb[0] + deviation + 0.25 * spread * hue,
         rgb[1] + deviation,
