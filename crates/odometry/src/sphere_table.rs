@@ -1,7 +1,8 @@
 //! The blocks of the image as polygons on the unit sphere: rays, solid angles and edge integrals.
 
-use nalgebra::{Vector2, Vector3};
-use sphereflow_sphere::Camera;
+use crate::Result;
+use nalgebra::Vector3;
+use sphereflow_sphere::{Camera, SphereGrid};
 
 /// What a domain's contour integrals need of one edge, oriented towards +x or +y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,86 +37,43 @@ impl SphereTable {
     ///
     /// Thesis: section 6.2, the table of `(eta x n) dl` and `n dl` (there for a pinhole only), and
     /// section 6.3 (for one distortion); here for any camera.
-    pub(crate) fn new(camera: &Camera) -> Self {
-        let (width, height) = (camera.width(), camera.height());
-        let corner = |x: usize, y: usize| {
-            let x = if camera.wraps_around() { x % width } else { x };
-            camera.unproject(&Vector2::new(x as f64 - 0.5, y as f64 - 0.5))
-        };
+    pub(crate) fn new(camera: &Camera) -> Result<Self> {
+        let grid = SphereGrid::new(camera)?;
+        let (width, height) = (grid.width(), grid.height());
         let mut table = Self {
             width,
             height,
-            wraps: camera.wraps_around(),
-            ray: Vec::with_capacity(width * height),
-            area: Vec::with_capacity(width * height),
+            wraps: grid.wraps_around(),
+            ray: grid.rays().iter().map(single).collect(),
+            area: grid.solid_angle().iter().map(|&a| a as f32).collect(),
             left: Vec::with_capacity((width + 1) * height),
             top: Vec::with_capacity(width * (height + 1)),
         };
         for y in 0..=height {
-            for x in 0..=width {
-                let here = corner(x, y);
-                if y < height {
-                    table.left.push(edge(corner(x, y + 1), here));
-                }
-                if x < width {
-                    table.top.push(edge(here, corner(x + 1, y)));
-                }
-                if x < width && y < height {
-                    let corners = [
-                        here,
-                        corner(x + 1, y),
-                        corner(x + 1, y + 1),
-                        corner(x, y + 1),
-                    ];
-                    let centre = camera.unproject(&Vector2::new(x as f64, y as f64));
-                    let ray = centre.map_or([f32::NAN; 3], single);
-                    table.ray.push(ray);
-                    table.area.push(quad_area(corners, centre));
-                }
+            if y < height {
+                table
+                    .left
+                    .extend((0..=width).map(|x| Edge::new(grid.edge_x(x, y))));
             }
+            table
+                .top
+                .extend((0..width).map(|x| Edge::new(grid.edge_y(x, y))));
         }
-        table
+        Ok(table)
     }
 }
 
-fn single(v: Vector3<f64>) -> [f32; 3] {
+impl Edge {
+    fn new(edge: &sphereflow_sphere::Edge) -> Self {
+        Self {
+            tangent: single(&edge.tangent_length),
+            normal: single(&edge.normal_length),
+        }
+    }
+}
+
+fn single(v: &Vector3<f64>) -> [f32; 3] {
     [v.x as f32, v.y as f32, v.z as f32]
-}
-
-/// The edge along the great circle from `a` to `b`, with the normal along `a x b`: upwards makes an
-/// edge towards +x, rightwards one towards +y.
-fn edge(a: Option<Vector3<f64>>, b: Option<Vector3<f64>>) -> Edge {
-    let (Some(a), Some(b)) = (a, b) else {
-        return Edge::default();
-    };
-    let cross = a.cross(&b);
-    let sine = cross.norm();
-    // Edges at the poles of a 360-degree image have no length.
-    let normal = if sine > 0.0 {
-        cross * (sine.atan2(a.dot(&b)) / sine)
-    } else {
-        Vector3::zeros()
-    };
-    Edge {
-        tangent: single(a - b),
-        normal: single(normal),
-    }
-}
-
-/// Solid angle of a spherical quadrilateral: two triangles (Van Oosterom and Strackee, 1983).
-fn quad_area(corners: [Option<Vector3<f64>>; 4], centre: Option<Vector3<f64>>) -> f32 {
-    let [Some(a), Some(b), Some(c), Some(d)] = corners else {
-        return f32::NAN;
-    };
-    if centre.is_none() {
-        return f32::NAN;
-    }
-    (triangle_area(&a, &b, &c) + triangle_area(&a, &c, &d)) as f32
-}
-
-fn triangle_area(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> f64 {
-    let volume = a.dot(&b.cross(c)).abs();
-    2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }
 
 #[cfg(test)]
@@ -129,7 +87,7 @@ mod tests {
     #[test]
     fn table_edges_of_a_pinhole_match_the_printed_integrands() {
         let camera = Camera::pinhole(500.0, 480.0, 319.5, 239.5, 640, 480).unwrap();
-        let table = SphereTable::new(&camera);
+        let table = SphereTable::new(&camera).unwrap();
         for (x, y) in [(0, 0), (320, 100), (600, 479), (17, 333)] {
             let (z1, dz1) = ((x as f64 - 319.5) / 500.0, 1.0 / 500.0);
             let (z2, dz2) = ((y as f64 - 239.5) / 480.0, 1.0 / 480.0);
@@ -164,7 +122,7 @@ mod tests {
 
     #[test]
     fn table_of_the_whole_sphere_has_area_four_pi_and_closed_contours() {
-        let table = SphereTable::new(&Camera::equirectangular(64, 32).unwrap());
+        let table = SphereTable::new(&Camera::equirectangular(64, 32).unwrap()).unwrap();
         let area: f64 = table.area.iter().map(|&a| f64::from(a)).sum();
         assert!((area - 4.0 * PI).abs() < 1e-4, "{area}");
         for y in 0..32 {
