@@ -40,15 +40,16 @@ fn tum(root: &Path) -> Recording {
         let (stamp, name) = line.split_once(' ').unwrap();
         (stamp.parse().unwrap(), root.join(name))
     });
-    let lens = [0.262383, -0.953104, -0.005358, 0.002628, 1.163314, 0.0, 0.0, 0.0];
+    let lens = [
+        0.262383, -0.953104, -0.005358, 0.002628, 1.163314, 0.0, 0.0, 0.0,
+    ];
     let camera = match std::env::var("TUMCAM").as_deref() {
         Ok("pin") => {
             Camera::pinhole(517.306408, 516.469215, 318.643040, 255.313989, 640, 480).unwrap()
         }
         Ok("525") => Camera::pinhole(525.0, 525.0, 319.5, 239.5, 640, 480).unwrap(),
-        _ => Camera::opencv(517.306408, 516.469215, 318.643040, 255.313989, lens,
-            640,
-            480,
+        _ => Camera::opencv(
+            517.306408, 516.469215, 318.643040, 255.313989, lens, 640, 480,
         )
         .unwrap(),
     };

@@ -5,6 +5,7 @@ mod camera;
 mod errors;
 mod grid;
 mod odometry;
+mod recording;
 mod trajectory;
 
 use pyo3::prelude::*;
@@ -21,6 +22,10 @@ mod _native {
     #[pymodule_export]
     use crate::odometry::{
         PyDepthOdometry, PyOdometryResult, PyVelocityEstimate, py_estimate_velocity,
+    };
+    #[pymodule_export]
+    use crate::recording::{
+        PyFrame, PyFrameIterator, PyRecording, PyRecordingWriter, py_open_recording,
     };
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
