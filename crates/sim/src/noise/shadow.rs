@@ -28,7 +28,8 @@ impl Shadow {
         disparity_px_m: f32,
         max_inverse: f32,
     ) {
-        let margin = (disparity_px_m.abs() * max_inverse).ceil() as usize + 2;
+        // A shift by more than the image finds nothing to darken in it.
+        let margin = ((disparity_px_m.abs() * max_inverse).ceil() as usize).min(width) + 2;
         let columns = width + 2 * margin;
         let rows = inverse.len() / width;
         self.nearest.resize(columns * rows, 0.0);
