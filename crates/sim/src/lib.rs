@@ -1,4 +1,18 @@
 //! Simulated rooms, cameras and inertial sensors with honest noise; deterministic by seed.
+//!
+//! The world has x right, y down, z forward: gravity is (0, +9.81, 0). A [`Scene`] is a few dozen
+//! solids painted with textures, a [`Motion`] a camera path with exact derivatives, a [`Renderer`]
+//! what a camera sees of the scene from a pose.
 
+pub mod motion;
 pub mod noise;
+pub mod render;
+pub mod scene;
 pub mod sensors;
+
+mod error;
+
+pub use error::{Error, Result};
+pub use motion::{Motion, MotionState};
+pub use render::{Rendered, Renderer, render};
+pub use scene::{Hit, Scene};
