@@ -43,7 +43,7 @@ impl Default for KinectParameters {
         Self {
             sigma_inv_m: 1.8e-3,
             quantum_inv_m: 2.85e-3,
-            correlation: vec![scale(0.68, 0.58), scale(0.32, 0.88)],
+            correlation: vec![scale(0.78, 0.62), scale(0.22, 0.92)],
             hole_share: 0.02,
             projector_right_m: 0.075,
             min_range_m: 0.4,

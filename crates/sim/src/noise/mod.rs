@@ -17,6 +17,13 @@ mod rolling_shutter;
 mod shadow;
 pub(crate) mod stream;
 
+#[cfg(test)]
+mod image_tests;
+#[cfg(test)]
+mod kinect_fault_tests;
+#[cfg(test)]
+mod kinect_tests;
+
 pub use correlated::CorrelationScale;
 pub use depth::{DepthNoise, NoiseWorkspace};
 pub use distortion::InverseDepthDistortion;

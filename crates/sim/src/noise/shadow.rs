@@ -28,7 +28,8 @@ impl Shadow {
         disparity_px_m: f32,
         max_inverse: f32,
     ) {
-        let margin = (disparity_px_m.abs() * max_inverse).ceil() as usize + 2;
+        // A shift by more than the image finds nothing to darken in it.
+        let margin = ((disparity_px_m.abs() * max_inverse).ceil() as usize).min(width) + 2;
         let columns = width + 2 * margin;
         let rows = inverse.len() / width;
         self.nearest.resize(columns * rows, 0.0);
@@ -38,6 +39,13 @@ impl Shadow {
             .for_each(|(row, nearest)| {
                 cast_row(row, nearest, margin as f32, disparity_px_m);
             });
+    }
+}
+
+#[cfg(test)]
+impl Shadow {
+    pub(crate) fn address(&self) -> *const f32 {
+        self.nearest.as_ptr()
     }
 }
 

@@ -1,6 +1,10 @@
 //! Simulated inertial, magnetic and velocity sensors: perfect readings made honest by bias and noise.
 
+#[cfg(test)]
+mod field_tests;
 mod imu;
+#[cfg(test)]
+mod imu_tests;
 mod magnetic_field;
 mod magnetometer;
 mod normals;

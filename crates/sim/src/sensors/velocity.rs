@@ -19,7 +19,7 @@ pub struct VelocityParameters {
 }
 
 impl Default for VelocityParameters {
-    /// Thesis: section 5.4.1. Biases along the horizontal axis: a low-cost gyro and the wind's speed.
+    /// Thesis: section 5.4.3. Biases along the horizontal axis: a low-cost gyro and the wind's speed.
     fn default() -> Self {
         Self {
             bias: Twist {
