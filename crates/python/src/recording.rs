@@ -264,7 +264,6 @@ impl PyRecording {
         self.0
             .stream(start.min(stop)..stop, prefetch)
             .into_python()
-            .map(PyFrameIterator)
     }
 
     fn __repr__(&self) -> String {
