@@ -8,4 +8,4 @@ pub mod camera;
 mod grid;
 
 pub use camera::Camera;
-pub use grid::{Border, Edge, SphereGrid};
+pub use grid::{Border, Edge, SphereGrid, laplacian_discrepancy};
