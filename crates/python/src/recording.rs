@@ -264,6 +264,7 @@ impl PyRecording {
         self.0
             .stream(start.min(stop)..stop, prefetch)
             .into_python()
+            .map(|stream| PyFrameIterator(Mutex::new(stream)))
     }
 
     fn __repr__(&self) -> String {
