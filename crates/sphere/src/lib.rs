@@ -5,5 +5,7 @@
 //! samples them and brings the calculus of the sphere.
 
 pub mod camera;
+mod grid;
 
 pub use camera::Camera;
+pub use grid::{Border, Edge, SphereGrid};
