@@ -86,7 +86,7 @@ impl VelocityEstimator {
         config.validate()?;
         let binned = camera.binned(config.block)?;
         Ok(Self {
-            table: SphereTable::new(&binned)?,
+            table: SphereTable::new(camera, config.block)?,
             tiling: Tiling::new(binned.width(), binned.height(), config.domains),
             camera: camera.clone(),
             binned,

@@ -206,9 +206,45 @@ fn trajectory_error(estimated: &[Pose], truth: &[Pose]) -> f64 {
 fn tried() -> Vec<Config> {
     let d = Config::default();
     let mut v = vec![d];
-    for warps in [1, 2] {
+    for warps in [1, 2, 3] {
         v.push(Config { warps, ..d });
     }
+    for block in [2, 8] {
+        v.push(Config {
+            warps: 2,
+            block,
+            ..d
+        });
+    }
+    for domains in [200, 1000] {
+        v.push(Config {
+            warps: 2,
+            domains,
+            ..d
+        });
+    }
+    for s in [0.15, 0.6] {
+        v.push(Config {
+            warps: 2,
+            domain_known_share: s,
+            ..d
+        });
+    }
+    v.push(Config {
+        warps: 2,
+        sweeps: 10,
+        ..d
+    });
+    v.push(Config {
+        warps: 2,
+        max_jump: 0.06,
+        ..d
+    });
+    v.push(Config {
+        warps: 2,
+        max_jump: 0.2,
+        ..d
+    });
     v
 }
 
@@ -219,7 +255,16 @@ fn tum_rpy_drift_is_bounded() {
     };
     let recording = tum(&root);
     for c in tried() {
-        println!("tum {} {:.4?}", c.warps, run(&recording, c));
+        println!(
+            "tum w{} b{} n{} share{} sw{} j{}  {:.4?}",
+            c.warps,
+            c.block,
+            c.domains,
+            c.domain_known_share,
+            c.sweeps,
+            c.max_jump,
+            run(&recording, c)
+        );
     }
 }
 
@@ -230,6 +275,15 @@ fn seven_scenes_kitchen_drift_is_bounded() {
     };
     let recording = seven_scenes(&root);
     for c in tried() {
-        println!("seven {} {:.4?}", c.warps, run(&recording, c));
+        println!(
+            "seven w{} b{} n{} share{} sw{} j{}  {:.4?}",
+            c.warps,
+            c.block,
+            c.domains,
+            c.domain_known_share,
+            c.sweeps,
+            c.max_jump,
+            run(&recording, c)
+        );
     }
 }
