@@ -6,6 +6,7 @@ mod errors;
 mod grid;
 mod odometry;
 mod recording;
+mod sim;
 mod trajectory;
 
 use pyo3::prelude::*;
@@ -27,6 +28,8 @@ mod _native {
     use crate::recording::{
         PyFrame, PyFrameIterator, PyRecording, PyRecordingWriter, py_open_recording,
     };
+    #[pymodule_export]
+    use crate::sim::{PySimulatedFrame, PySimulatedFrames, PySimulator};
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
 

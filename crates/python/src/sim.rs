@@ -52,13 +52,23 @@ impl PySimulatedFrame {
     /// RGB image with the camera's noise, uint8 (H, W, 3).
     #[getter]
     fn colour<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray3<u8>>>> {
-        self.0.frame.colour.as_ref().map(|plane| rgb(py, plane)).transpose()
+        self.0
+            .frame
+            .colour
+            .as_ref()
+            .map(|plane| rgb(py, plane))
+            .transpose()
     }
 
     /// Depth with the camera's noise, metres, float32 (H, W), NaN unknown.
     #[getter]
     fn depth_m<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
-        self.0.frame.depth.as_ref().map(|map| image(py, map.metres())).transpose()
+        self.0
+            .frame
+            .depth
+            .as_ref()
+            .map(|map| image(py, map.metres()))
+            .transpose()
     }
 
     /// Exact depth along the optical axis, metres, float32 (H, W).
@@ -164,12 +174,19 @@ fn depth_noise(name: &str) -> PyResult<DepthNoiseParameters> {
             quantum_inv_m: 2.85e-3,
         }),
         "none" => Ok(DepthNoiseParameters::None),
-        other => Err(unknown_name("depth_noise", "'kinect', 'independent' or 'none'", other)),
+        other => Err(unknown_name(
+            "depth_noise",
+            "'kinect', 'independent' or 'none'",
+            other,
+        )),
     }
 }
 
 fn unknown_name(argument: &str, expected: &str, found: &str) -> PyErr {
-    exception(Kind::Value, format!("{argument}: expected {expected}, found '{found}'"))
+    exception(
+        Kind::Value,
+        format!("{argument}: expected {expected}, found '{found}'"),
+    )
 }
 
 #[pymethods]
@@ -212,7 +229,10 @@ impl PySimulator {
             ..demo
         };
         let simulator = py.detach(|| Simulator::new(config)).into_python()?;
-        Ok(Self { simulator: Arc::new(simulator), name })
+        Ok(Self {
+            simulator: Arc::new(simulator),
+            name,
+        })
     }
 
     fn __len__(&self) -> usize {
@@ -286,14 +306,16 @@ impl PySimulator {
         let stop = stop.unwrap_or(usize::MAX).min(self.simulator.len());
         let (sender, receiver) = sync_channel(AHEAD);
         let simulator = Arc::clone(&self.simulator);
-        std::thread::Builder::new().name("simulate".into()).spawn(move || {
-            let frames = simulator.frames().take(stop).skip(start);
-            for frame in frames {
-                if sender.send(frame).is_err() {
-                    return; // nobody is listening any more
+        std::thread::Builder::new()
+            .name("simulate".into())
+            .spawn(move || {
+                let frames = simulator.frames().take(stop).skip(start);
+                for frame in frames {
+                    if sender.send(frame).is_err() {
+                        return; // nobody is listening any more
+                    }
                 }
-            }
-        })?;
+            })?;
         Ok(PySimulatedFrames(Mutex::new(receiver)))
     }
 
@@ -303,17 +325,36 @@ impl PySimulator {
         &self,
         py: Python<'py>,
         world_from_camera: &Bound<'py, PyAny>,
-    ) -> PyResult<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>, Bound<'py, PyArray3<u8>>)>
-    {
+    ) -> PyResult<(
+        Bound<'py, PyArray2<f32>>,
+        Bound<'py, PyArray2<f32>>,
+        Bound<'py, PyArray3<u8>>,
+    )> {
         let pose = pose_from(world_from_camera, "world_from_camera")?;
         let seen = py.detach(|| self.simulator.renderer().render(&pose));
         let range = image(py, seen.range.metres())?;
-        Ok((range, image(py, seen.depth.metres())?, rgb(py, &seen.colour)?))
+        Ok((
+            range,
+            image(py, seen.depth.metres())?,
+            rgb(py, &seen.colour)?,
+        ))
     }
 
-    /// Write a recording to the folder `path`.
-    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| self.simulator.write(&path)).into_python()
+    /// Write a recording to the folder `path`; `progress(frames_done, frames_total)` is called
+    /// after each frame.
+    #[pyo3(signature = (path, *, progress = None))]
+    fn write(&self, py: Python<'_>, path: PathBuf, progress: Option<Py<PyAny>>) -> PyResult<()> {
+        let total = self.simulator.len();
+        let mut failed = None;
+        let tell = |done: usize| {
+            let Some(progress) = &progress else { return };
+            if let Err(error) = Python::attach(|py| progress.call1(py, (done, total))) {
+                failed.get_or_insert(error);
+            }
+        };
+        py.detach(|| self.simulator.write_with(&path, tell))
+            .into_python()?;
+        failed.map_or(Ok(()), Err)
     }
 
     fn __repr__(&self) -> String {
