@@ -5,5 +5,6 @@
 //! samples them and brings the calculus of the sphere.
 
 pub mod camera;
+pub mod lie;
 
 pub use camera::Camera;
