@@ -5,6 +5,8 @@
 //! samples them and brings the calculus of the sphere.
 
 pub mod camera;
+mod grid;
 pub mod lie;
 
 pub use camera::Camera;
+pub use grid::{Border, Edge, SphereGrid, laplacian_discrepancy};

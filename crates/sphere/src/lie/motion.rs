@@ -7,7 +7,7 @@ use sphereflow_core::{Error, Pose, Result, Twist};
 /// `world_from_body exp([omega, v] dt)`. With `(R, p)` that exponential, a static point at `X1` in
 /// the body's frame before and `X2` after has `X1 = R X2 + p`.
 ///
-/// Thesis: eq. (1.8), kept through `dt_s`; (C.7) moves world-to-camera matrices instead, on the
+/// Thesis: eq. (1.8), kept through `dt_s`. Thesis: eq. (C.7) moves world-to-camera matrices instead, on the
 /// left, so that its increment is the opposite of this one.
 pub fn advance(world_from_body: &Pose, twist: &Twist, dt_s: f64) -> Pose {
     *world_from_body * se3::exp(&(twist.vector() * dt_s))

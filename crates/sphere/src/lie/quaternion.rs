@@ -3,7 +3,7 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// The rate of a body's attitude `world_from_body` that turns with `omega_rad_s` in its own frame.
-/// Thesis: eq. (1.8), (C.4): `q' = q omega / 2`.
+/// Thesis: eq. (1.8). Thesis: eq. (C.4). `q' = q omega / 2`.
 pub fn rate(world_from_body: &UnitQuaternion<f64>, omega_rad_s: &Vector3<f64>) -> Quaternion<f64> {
     world_from_body.quaternion() * Quaternion::from_imag(*omega_rad_s) * 0.5
 }

@@ -24,7 +24,7 @@ fn twist_at(t_s: f64) -> Twist {
 
 #[test]
 fn quaternion_rate_is_half_q_omega_with_omega_in_the_body() {
-    // Thesis: eq. (1.8), (C.4)
+    // Thesis: eq. (1.8). Thesis: eq. (C.4).
     for t_s in [0.0, 0.4, 1.7, 3.1] {
         let before = pose_at(t_s - STEP_S).rotation;
         let after = quaternion::continued(&pose_at(t_s + STEP_S).rotation, &before);

@@ -1,0 +1,298 @@
+"""Types of the compiled half of sphereflow. Private: import `sphereflow`."""
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+
+_Floats = NDArray[np.float64]
+_Status = Literal["started", "tracked", "weak", "lost", "skipped"]
+_Along = Literal["axis", "ray"]
+_Path = str | PathLike[str]
+_TrajectoryFormat = Literal["tum", "kitti", "euroc"]
+
+@final
+class Camera:
+    @staticmethod
+    def pinhole(
+        fx: float, fy: float, cx: float, cy: float, width: int, height: int, *, skew: float = 0.0
+    ) -> Camera: ...
+    @staticmethod
+    def opencv(
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        width: int,
+        height: int,
+        *,
+        k1: float = 0.0,
+        k2: float = 0.0,
+        p1: float = 0.0,
+        p2: float = 0.0,
+        k3: float = 0.0,
+        k4: float = 0.0,
+        k5: float = 0.0,
+        k6: float = 0.0,
+    ) -> Camera: ...
+    @staticmethod
+    def inverse_polynomial(
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        width: int,
+        height: int,
+        *,
+        k1: float = 0.0,
+        k2: float = 0.0,
+        k3: float = 0.0,
+        k4: float = 0.0,
+        dx: float = 0.0,
+        dy: float = 0.0,
+    ) -> Camera: ...
+    @staticmethod
+    def fov(
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        w: float,
+        width: int,
+        height: int,
+        *,
+        dx: float = 0.0,
+        dy: float = 0.0,
+    ) -> Camera: ...
+    @staticmethod
+    def kannala_brandt(
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        k1: float,
+        k2: float,
+        k3: float,
+        k4: float,
+        width: int,
+        height: int,
+    ) -> Camera: ...
+    @staticmethod
+    def unified(
+        fx: float, fy: float, cx: float, cy: float, alpha: float, width: int, height: int
+    ) -> Camera: ...
+    @staticmethod
+    def double_sphere(
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        xi: float,
+        alpha: float,
+        width: int,
+        height: int,
+    ) -> Camera: ...
+    @staticmethod
+    def equirectangular(width: int, height: int) -> Camera: ...
+    @staticmethod
+    def from_parameters(
+        model: str, parameters: Mapping[str, float], width: int, height: int
+    ) -> Camera: ...
+    @property
+    def model(self) -> str: ...
+    @property
+    def parameters(self) -> dict[str, float]: ...
+    @property
+    def width(self) -> int: ...
+    @property
+    def height(self) -> int: ...
+    def binned(self, factor: int) -> Camera: ...
+    def project(self, points_in_camera: ArrayLike) -> _Floats: ...
+    def unproject(self, pixels: ArrayLike) -> _Floats: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+
+@final
+class SphereGrid:
+    def __new__(cls, camera: Camera) -> SphereGrid: ...
+    @property
+    def camera(self) -> Camera: ...
+    @property
+    def rays(self) -> _Floats: ...
+    @property
+    def solid_angle(self) -> _Floats: ...
+    def gradient(self, f: ArrayLike) -> _Floats: ...
+    def divergence(self, u: ArrayLike) -> _Floats: ...
+    def laplacian(self, f: ArrayLike) -> _Floats: ...
+
+@final
+class Trajectory:
+    def __new__(
+        cls, stamp_ns: ArrayLike, position_m: ArrayLike, quat_xyzw: ArrayLike
+    ) -> Trajectory: ...
+    @staticmethod
+    def read(path: _Path, *, format: _TrajectoryFormat | None = None) -> Trajectory: ...
+    def write(self, path: _Path, *, format: _TrajectoryFormat | None = None) -> None: ...
+    @property
+    def stamp_ns(self) -> NDArray[np.int64]: ...
+    @property
+    def position_m(self) -> _Floats: ...
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    def interpolate(self, stamp_ns: int, *, max_gap_s: float = 0.1) -> _Floats | None: ...
+    def __len__(self) -> int: ...
+
+def associate(
+    stamp_ns_a: ArrayLike, stamp_ns_b: ArrayLike, max_difference_s: float
+) -> NDArray[np.int64]: ...
+@final
+class VelocityEstimate:
+    @property
+    def status(self) -> _Status: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def linear_m_s(self) -> _Floats: ...
+    @property
+    def angular_rad_s(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def score(self) -> float: ...
+    @property
+    def weak_directions(self) -> list[dict[str, Any]]: ...
+    @property
+    def known_share(self) -> float: ...
+    @property
+    def domains(self) -> int: ...
+    @property
+    def residual_scale(self) -> float: ...
+
+def estimate_velocity(
+    camera: Camera,
+    depth0_m: ArrayLike,
+    depth1_m: ArrayLike,
+    dt_s: float,
+    *,
+    method: Literal["single"] = "single",
+    along: _Along = "axis",
+    warps: int | None = None,
+    domains: int | None = None,
+) -> VelocityEstimate: ...
+@final
+class OdometryResult:
+    @property
+    def stamp_ns(self) -> int: ...
+    @property
+    def status(self) -> _Status: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def has_pose(self) -> bool: ...
+    @property
+    def world_from_camera(self) -> _Floats: ...
+    @property
+    def position_m(self) -> _Floats: ...
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    @property
+    def linear_m_s(self) -> _Floats: ...
+    @property
+    def angular_rad_s(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def score(self) -> float: ...
+    @property
+    def segment(self) -> int: ...
+    @property
+    def timings_ms(self) -> dict[str, float]: ...
+
+@final
+class DepthOdometry:
+    def __new__(
+        cls,
+        camera: Camera,
+        *,
+        method: Literal["single"] = "single",
+        along: _Along = "axis",
+        warps: int | None = None,
+        domains: int | None = None,
+    ) -> DepthOdometry: ...
+    @property
+    def camera(self) -> Camera: ...
+    def push(self, depth_m: ArrayLike | None, stamp_ns: int) -> OdometryResult: ...
+
+@final
+class Frame:
+    @property
+    def stamp_ns(self) -> int: ...
+    @property
+    def colour(self) -> NDArray[np.uint8] | None: ...
+    @property
+    def depth_m(self) -> NDArray[np.float32] | None: ...
+
+@final
+class FrameIterator:
+    def __iter__(self) -> FrameIterator: ...
+    def __next__(self) -> Frame: ...
+
+@final
+class Recording:
+    @property
+    def kind(self) -> str: ...
+    @property
+    def path(self) -> Path: ...
+    @property
+    def stamp_ns(self) -> NDArray[np.int64]: ...
+    @property
+    def camera(self) -> Camera | None: ...
+    @property
+    def calibration_source(self) -> str: ...
+    @property
+    def depth_scale(self) -> float | None: ...
+    @property
+    def readout_s(self) -> float | None: ...
+    @property
+    def truth(self) -> Trajectory | None: ...
+    @property
+    def colour_registered(self) -> bool: ...
+    @property
+    def gravity_in_world(self) -> _Floats | None: ...
+    @property
+    def sync(self) -> dict[str, float] | None: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def notes(self) -> list[str]: ...
+    @property
+    def imu(self) -> dict[str, NDArray[Any]]: ...
+    @property
+    def mag(self) -> dict[str, NDArray[Any]]: ...
+    def frame(self, index: int) -> Frame: ...
+    def frames(
+        self, start: int = 0, stop: int | None = None, *, prefetch: int = 8
+    ) -> FrameIterator: ...
+    def __len__(self) -> int: ...
+
+def open_recording(
+    path: _Path,
+    *,
+    calibration: _Path | None = None,
+    depth_scale: float | None = None,
+    sync_tolerance_s: float | None = None,
+) -> Recording: ...
+@final
+class RecordingWriter:
+    def __new__(
+        cls, path: _Path, camera: Camera, *, depth_scale: float = 1000.0
+    ) -> RecordingWriter: ...
+    def push(
+        self, depth_m: ArrayLike, stamp_ns: int, *, colour: ArrayLike | None = None
+    ) -> None: ...
+    def finish(self) -> None: ...
