@@ -6,6 +6,7 @@
 
 pub mod camera;
 mod grid;
+pub mod lie;
 
 pub use camera::Camera;
 pub use grid::{Border, Edge, SphereGrid, laplacian_discrepancy};
