@@ -120,7 +120,7 @@ impl PySimulatedFrames {
 
     fn __next__(&mut self, py: Python<'_>) -> PyResult<Option<PySimulatedFrame>> {
         let frames = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
-        match py.detach(|| frames.recv()) {
+        match py.detach(move || frames.recv()) {
             Err(_) => Ok(None), // the drawing thread is done
             Ok(frame) => frame.into_python().map(PySimulatedFrame).map(Some),
         }

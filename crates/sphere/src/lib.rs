@@ -7,6 +7,10 @@
 pub mod camera;
 mod grid;
 pub mod lie;
+mod range;
+pub mod sampling;
 
 pub use camera::Camera;
 pub use grid::{Border, Edge, SphereGrid, laplacian_discrepancy};
+pub use range::{depth_from_range, range_from_depth};
+pub use sampling::Sampler;
