@@ -19,7 +19,7 @@ except ModuleNotFoundError:  # not installed: the source tree
     sys.path.insert(0, str(HERE.parent / "python"))
     import sphereflow
 
-import stand_in
+import stand_in  # noqa: E402 - found by the path above
 
 stand_in.install(sphereflow)
 
