@@ -31,3 +31,19 @@ def recordings() -> Path:
     if not folder:
         pytest.skip("SPHEREFLOW_DATA is not set: no recorded data to test on")
     return Path(folder)
+
+
+@pytest.fixture
+def known_answers(monkeypatch: pytest.MonkeyPatch):
+    """The pipeline around an odometry and a map that know the answer; returns the odometry."""
+    import fakes
+
+    import sphereflow.odometry
+    import sphereflow.slam
+
+    class Odometry(fakes.FakeOdometry):
+        pass
+
+    monkeypatch.setattr(sphereflow.odometry, "DepthOdometry", Odometry)
+    monkeypatch.setattr(sphereflow.slam, "VoxelCloud", fakes.FakeCloud)
+    return Odometry

@@ -13,6 +13,9 @@ from sphereflow.plots.trajectory import VIEWS
 MOST_POINTS = 300_000
 """More would only lie on top of one another, and take minutes to draw."""
 
+DOT = 0.6
+"""Area of a point on paper, square points: smaller than a pixel's worth of wall."""
+
 SHOWN_PERCENT = (0.5, 99.5)
 """The view spans these percentiles of the points; stray ones do not shrink the room."""
 
@@ -36,10 +39,8 @@ def draw_cloud(
         order = np.argsort(-points[:, hidden])
         shown = points[order]
         height = -shown[:, 1]
-        paint = colours[order] / 255.0 if coloured else height
-        dots = axis.scatter(
-            shown[:, view.across], shown[:, view.up], c=paint, s=0.6, linewidths=0, cmap="viridis"
-        )
+        paint = {"c": colours[order] / 255.0} if coloured else {"c": height, "cmap": "viridis"}
+        dots = axis.scatter(shown[:, view.across], shown[:, view.up], s=DOT, linewidths=0, **paint)
         if path_m is not None:
             axis.plot(path_m[:, view.across], path_m[:, view.up], color=canvas.LOST, linewidth=1.4)
         axis.set_facecolor("#f4f4f4")

@@ -24,7 +24,7 @@ def draw_depth(path: str | Path, depth_m: NDArray[np.float32], *, title: str = "
         near, far = np.percentile(depth_m[known], SHOWN_PERCENT)
         limits = {"vmin": near, "vmax": max(far, near + 1e-3)}
     image = axis.imshow(np.ma.masked_invalid(depth_m), cmap="turbo_r", **limits)
-    image.cmap.set_bad(UNKNOWN)
+    image.set_cmap(image.get_cmap().with_extremes(bad=UNKNOWN))
     axis.grid(False)
     axis.set(
         title=f"{title}: {100.0 * known.mean():.1f} % of the pixels known (grey: unknown)",
