@@ -6,6 +6,7 @@
 
 pub mod camera;
 mod grid;
+pub mod lie;
 pub mod pyramid;
 mod range;
 pub mod sampling;
