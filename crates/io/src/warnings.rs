@@ -39,9 +39,12 @@ impl Warnings {
         }
     }
 
-    /// Take over the warnings of a part.
-    pub(crate) fn append(&mut self, part: Warnings) {
-        self.0.extend(part.0);
+    /// Take over the warnings about the file `name`.
+    pub(crate) fn append(&mut self, name: &str, part: Warnings) {
+        self.0.extend(part.0.into_iter().map(|warning| Warning {
+            text: format!("{name}: {}", warning.text),
+            ..warning
+        }));
     }
 
     /// All of them.
