@@ -1,4 +1,5 @@
 //! Recordings: streams of frames, and folders that are not as they should be.
+#![allow(clippy::unwrap_used, clippy::expect_used)] // tests stop where a file is not as it should be
 
 mod common;
 

@@ -241,3 +241,7 @@ impl WeakForm<'_> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "weak_form_reference.rs"]
+mod reference;

@@ -22,6 +22,8 @@ STATUS = {
     "unreadable": "#000000",
 }
 
+LEGEND_ABOVE = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 6, "frameon": False}
+
 STYLE: dict[Any, Any] = {
     "font.size": 10,
     "axes.spines.top": False,
@@ -31,8 +33,6 @@ STYLE: dict[Any, Any] = {
     "grid.color": "#dddddd",
     "grid.linewidth": 0.6,
     "axes.titlesize": 11,
-    "axes.titleweight": "bold",
-    "legend.frameon": False,
 }
 
 

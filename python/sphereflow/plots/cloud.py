@@ -13,8 +13,9 @@ from sphereflow.plots.trajectory import VIEWS
 MOST_POINTS = 300_000
 """More would only lie on top of one another, and take minutes to draw."""
 
-DOT = 0.6
-"""Area of a point on paper, square points: smaller than a pixel's worth of wall."""
+INK = 200_000.0
+SMALLEST_DOT, LARGEST_DOT = 0.6, 4.0
+"""Area of all points on paper, and of one, in square points: few points are drawn larger."""
 
 SHOWN_PERCENT = (0.5, 99.5)
 """The view spans these percentiles of the points; stray ones do not shrink the room."""
@@ -33,22 +34,26 @@ def draw_cloud(
     above, _, side = VIEWS["camera"]
     figure, axes = canvas.figure(14, 6.5, ncols=2)
     coloured = bool(colours.size) and bool(np.ptp(colours) > 0)
-    for axis, view, hidden in ((axes[0], above, 1), (axes[1], side, 0)):
-        # Painter's order: what is nearer to the eye is drawn last, on top. The eye is above
-        # (small y) in the one view and on the left (small x) in the other.
-        order = np.argsort(-points[:, hidden])
+    dot = float(np.clip(INK / max(len(points), 1), SMALLEST_DOT, LARGEST_DOT))
+    # Painter's order: what is nearer to the eye is drawn last, on top. The eye is above (small y)
+    # in the one view and on the right (large x) in the other.
+    for axis, view, nearness in (
+        (axes[0], above, -points[:, 1]),
+        (axes[1], side, points[:, 0]),
+    ):
+        order = np.argsort(nearness)
         shown = points[order]
         height = -shown[:, 1]
         paint = {"c": colours[order] / 255.0} if coloured else {"c": height, "cmap": "viridis"}
-        dots = axis.scatter(shown[:, view.across], shown[:, view.up], s=DOT, linewidths=0, **paint)
+        dots = axis.scatter(shown[:, view.across], shown[:, view.up], s=dot, linewidths=0, **paint)
         if path_m is not None:
             axis.plot(path_m[:, view.across], path_m[:, view.up], color=canvas.LOST, linewidth=1.4)
         axis.set_facecolor("#f4f4f4")
         axis.set(title=f"{view.title}", xlabel=view.across_label, ylabel=view.up_label)
         axis.set_aspect("equal", adjustable="box")
         if len(points):
-            axis.set_xlim(*_span(points[:, view.across]))
-            low, high = _span(points[:, view.up])
+            axis.set_xlim(*_span(points, path_m, view.across))
+            low, high = _span(points, path_m, view.up)
             axis.set_ylim(*((high, low) if view.flip_up else (low, high)))
     if not coloured and len(points):
         figure.colorbar(dots, ax=axes, shrink=0.7, label="height above the first camera (m)")
@@ -58,7 +63,12 @@ def draw_cloud(
     return canvas.save(figure, path)
 
 
-def _span(values: NDArray[np.float64]) -> tuple[float, float]:
-    low, high = np.percentile(values, SHOWN_PERCENT)
+def _span(
+    points: NDArray[np.float64], path_m: NDArray[np.float64] | None, column: int
+) -> tuple[float, float]:
+    """Limits of a view: nearly all of the points, and the whole path."""
+    low, high = np.percentile(points[:, column], SHOWN_PERCENT)
+    if path_m is not None and len(path_m):
+        low, high = min(low, path_m[:, column].min()), max(high, path_m[:, column].max())
     margin = 0.04 * (high - low) + 0.05
     return float(low - margin), float(high + margin)

@@ -12,6 +12,8 @@ from sphereflow.journal import Journal
 from sphereflow.plots import canvas
 
 Array = NDArray[np.float64]
+LINEAR = ("x right", "y down", "z forward")
+ANGULAR = ("about x (right)", "about y (down)", "about z (forward)")
 
 
 def draw_motion(path: str | Path, journal: Journal) -> Path:
@@ -20,23 +22,26 @@ def draw_motion(path: str | Path, journal: Journal) -> Path:
     stamps = journal.stamp_ns
     seconds = (stamps - stamps[0]) / 1e9 if len(stamps) else np.zeros(0)
     linear, angular = journal.velocities
-    _components(axes[0], seconds, linear, "linear velocity (m/s)")
-    _components(axes[1], seconds, np.rad2deg(angular), "angular velocity (deg/s)")
+    _components(axes[0], seconds, linear, "linear velocity (m/s)", LINEAR)
+    _components(axes[1], seconds, np.rad2deg(angular), "angular velocity (deg/s)", ANGULAR)
     axes[2].plot(seconds, journal.scores, color=canvas.TRUTH, linewidth=1.0)
     axes[2].set(ylabel="score (0 to 1)", ylim=(0, None))
     _statuses(axes[3], seconds, journal.statuses)
-    axes[0].set_title(f"Velocities in the camera's frame; {100.0 * journal.coverage:.1f} % covered")
+    figure.suptitle(
+        f"Motion in the camera's frame; {100.0 * journal.coverage:.1f} % of frames have a pose"
+    )
     axes[3].set_xlabel("time since the first frame (s)")
     return canvas.save(figure, path)
 
 
-def _components(axis: Any, seconds: Array, values: Array, label: str) -> None:
-    names = ("x right", "y down", "z forward")
+def _components(
+    axis: Any, seconds: Array, values: Array, label: str, names: tuple[str, ...]
+) -> None:
     for column, (name, color) in enumerate(zip(names, canvas.AXES, strict=True)):
         axis.plot(seconds, values[:, column], color=color, linewidth=1.0, label=name)
     axis.axhline(0.0, color="#888888", linewidth=0.6)
     axis.set_ylabel(label)
-    axis.legend(loc="upper right", ncols=3)
+    axis.legend(**canvas.LEGEND_ABOVE)
 
 
 def _statuses(axis: Any, seconds: Array, statuses: list[str]) -> None:
@@ -47,6 +52,6 @@ def _statuses(axis: Any, seconds: Array, statuses: list[str]) -> None:
         if len(here):
             label = f"{name} ({len(here)})"
             axis.scatter(here, np.zeros(len(here)), color=color, marker="|", s=320, label=label)
-    axis.set(yticks=[], ylabel="status", ylim=(-1.0, 1.9))
+    axis.set(yticks=[], ylabel="status", ylim=(-1.0, 1.0))
     axis.grid(False)
-    axis.legend(loc="upper right", ncols=6, markerscale=0.5)
+    axis.legend(**canvas.LEGEND_ABOVE, markerscale=0.5)

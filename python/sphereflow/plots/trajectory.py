@@ -31,7 +31,7 @@ VIEWS: dict[World, tuple[View, View, View]] = {
     "camera": (
         View("from above", 0, 2, "x right (m)", "z forward (m)", False),
         View("from behind", 0, 1, "x right (m)", "y down (m)", True),
-        View("from the left side", 2, 1, "z forward (m)", "y down (m)", True),
+        View("from the right side", 2, 1, "z forward (m)", "y down (m)", True),
     ),
     "xyz": (
         View("x-y", 0, 1, "x (m)", "y (m)", False),
