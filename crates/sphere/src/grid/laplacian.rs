@@ -1,5 +1,7 @@
 //! Laplacian on the sphere: the balance of the gradient's fluxes through the edges.
 //!
+//! Thesis: eq. (2.16) is the same operator in pinhole coordinates; here it is for every camera.
+//!
 //! The gradient's component across an edge is a combination of the difference of the two pixels
 //! beside it and of the mean slope along the other pixel coordinate: N = alpha d + beta t with d
 //! the step between the two rays and t the rays' own slope along the edge. beta is what pixels
