@@ -7,6 +7,7 @@ use super::gradient::DualBasis;
 use super::lattice::{Axis, Lattice};
 use crate::camera::Camera;
 use nalgebra::{Vector2, Vector3};
+use rayon::prelude::*;
 use sphereflow_core::{Error, Result};
 
 /// In smaller 360-degree images than this an edge would be a half circle or longer, of which the two
@@ -29,7 +30,7 @@ impl SphereGrid {
     /// The grid of the pixels of `camera` with the rays that `unproject` gives.
     pub(super) fn with_rays(
         camera: &Camera,
-        unproject: impl Fn(&Vector2<f64>) -> Option<Vector3<f64>>,
+        unproject: impl Fn(&Vector2<f64>) -> Option<Vector3<f64>> + Sync,
     ) -> Result<Self> {
         let (width, height) = (camera.width(), camera.height());
         let (least_width, least_height) = LEAST_WRAPPING_SIZE;
@@ -51,15 +52,13 @@ impl SphereGrid {
             ));
         }
         let corners = Corners::new(camera, ray_at);
-        let mut rays = Vec::with_capacity(width * height);
-        let mut solid_angle = Vec::with_capacity(width * height);
-        for y in 0..height {
-            for x in 0..width {
-                let (ray, angle) = corners.pixel(x, y, ray_at(x as f64, y as f64));
-                rays.push(ray);
-                solid_angle.push(angle);
-            }
-        }
+        let pixels = (0..width * height).into_par_iter();
+        let (rays, solid_angle): (Vec<_>, Vec<_>) = pixels
+            .map(|index| {
+                let (x, y) = (index % width, index / width);
+                corners.pixel(x, y, ray_at(x as f64, y as f64))
+            })
+            .unzip();
         if solid_angle.iter().all(|angle| angle.is_nan()) {
             return Err(Error::value(
                 "camera",
@@ -70,6 +69,7 @@ impl SphereGrid {
         let valid = solid_angle.iter().map(|angle| angle.is_finite()).collect();
         let lattice = Lattice::new(width, height, camera.wraps_around(), valid);
         let dual = (0..width * height)
+            .into_par_iter()
             .map(|index| DualBasis::new(&lattice, &rays, index % width, index / width));
         Ok(Self {
             camera: camera.clone(),
@@ -139,15 +139,18 @@ impl Corners {
     }
 
     fn edges_x(&self) -> Vec<Edge> {
-        (0..self.height)
-            .flat_map(|y| (0..=self.width).map(move |x| (x, y)))
+        let stride = self.width + 1;
+        let edges = (0..stride * self.height).into_par_iter();
+        let edges = edges.map(|index| (index % stride, index / stride));
+        edges
             .map(|(x, y)| Edge::from_arc(self.at(x, y), self.at(x, y + 1)))
             .collect()
     }
 
     fn edges_y(&self) -> Vec<Edge> {
-        (0..=self.height)
-            .flat_map(|y| (0..self.width).map(move |x| (x, y)))
+        let edges = (0..self.width * (self.height + 1)).into_par_iter();
+        let edges = edges.map(|index| (index % self.width, index / self.width));
+        edges
             .map(|(x, y)| Edge::from_arc(self.at(x + 1, y), self.at(x, y)))
             .collect()
     }
