@@ -205,11 +205,7 @@ fn trajectory_error(estimated: &[Pose], truth: &[Pose]) -> f64 {
 
 fn tried() -> Vec<Config> {
     let d = Config::default();
-    let mut v = vec![d];
-    for warps in [1, 2] {
-        v.push(Config { warps, ..d });
-    }
-    v
+    [0, 1, 2].map(|warps| Config { warps, ..d }).to_vec()
 }
 
 #[test]
@@ -219,7 +215,16 @@ fn tum_rpy_drift_is_bounded() {
     };
     let recording = tum(&root);
     for c in tried() {
-        println!("tum {} {:.4?}", c.warps, run(&recording, c));
+        println!(
+            "tum w{} b{} n{} share{} sw{} j{}  {:.4?}",
+            c.warps,
+            c.block,
+            c.domains,
+            c.domain_known_share,
+            c.sweeps,
+            c.max_jump,
+            run(&recording, c)
+        );
     }
 }
 
@@ -230,6 +235,15 @@ fn seven_scenes_kitchen_drift_is_bounded() {
     };
     let recording = seven_scenes(&root);
     for c in tried() {
-        println!("seven {} {:.4?}", c.warps, run(&recording, c));
+        println!(
+            "seven w{} b{} n{} share{} sw{} j{}  {:.4?}",
+            c.warps,
+            c.block,
+            c.domains,
+            c.domain_known_share,
+            c.sweeps,
+            c.max_jump,
+            run(&recording, c)
+        );
     }
 }

@@ -6,6 +6,8 @@ mod errors;
 mod grid;
 mod odometry;
 mod recording;
+mod sim;
+mod slam;
 mod trajectory;
 
 use pyo3::prelude::*;
@@ -27,6 +29,10 @@ mod _native {
     use crate::recording::{
         PyFrame, PyFrameIterator, PyRecording, PyRecordingWriter, py_open_recording,
     };
+    #[pymodule_export]
+    use crate::sim::{PySimulatedFrame, PySimulatedFrames, PySimulator};
+    #[pymodule_export]
+    use crate::slam::PyVoxelCloud;
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
 

@@ -1,4 +1,4 @@
-//! What can go wrong in a simulation: a value out of its domain.
+//! What can go wrong in a simulation: a value out of its domain, a file that cannot be written.
 
 /// Errors of the simulator.
 #[derive(Debug, thiserror::Error)]
@@ -6,6 +6,9 @@ pub enum Error {
     /// An argument or a setting is wrong: named, with what was expected and found.
     #[error(transparent)]
     Core(#[from] sphereflow_core::Error),
+    /// A recording could not be written.
+    #[error(transparent)]
+    Io(#[from] sphereflow_io::Error),
 }
 
 impl Error {

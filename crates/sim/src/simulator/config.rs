@@ -119,7 +119,7 @@ impl SimConfig {
             let expected = format!("1 to {MOST_FRAMES} frames at {} Hz", self.rate_hz);
             return Err(Error::value("duration_s", expected, self.duration_s));
         }
-        if !(self.readout_s.abs() <= 1.0 / self.rate_hz) {
+        if self.readout_s.is_nan() || self.readout_s.abs() > 1.0 / self.rate_hz {
             let expected = format!("at most the {} s between frames", 1.0 / self.rate_hz);
             return Err(Error::value("readout_s", expected, self.readout_s));
         }

@@ -3,6 +3,7 @@
 mod config;
 mod frames;
 mod presets;
+mod recording;
 
 pub use config::{DepthNoiseParameters, MagConfig, SimConfig};
 pub use frames::{Frames, SimulatedFrame};
