@@ -127,11 +127,11 @@ fn scene_primitives_are_met_where_they_are() {
             half_height_m: 0.6,
         },
     );
-    let rectangle = Rectangle {
-        centre: place,
-        half_u: Vector3::new(0.6, 0.0, 0.3),
-        half_v: Vector3::new(0.0, 0.5, 0.0),
-    };
+    let rectangle = Rectangle::new(
+        place,
+        Vector3::new(0.6, 0.0, 0.3),
+        Vector3::new(0.0, 0.5, 0.0),
+    );
     for primitive in [
         Primitive::new(block, plain),
         Primitive::new(ball, plain),
