@@ -87,6 +87,19 @@ impl Shape {
         }
     }
 
+    /// True where a camera at `point` would see the shape as it is: outside a solid, inside what
+    /// surrounds it.
+    pub(crate) fn leaves_free(&self, point: &Vector3<f64>) -> bool {
+        match self {
+            Self::Room(s) => (0..3).all(|i| point[i] > s.min[i] && point[i] < s.max[i]),
+            Self::Ellipsoid(s) => s.contains(point),
+            Self::Block(s) => !s.contains(point),
+            Self::Ball(s) => (point - s.centre).norm() > s.radius_m,
+            Self::Cylinder(s) => !s.contains(point),
+            Self::Rectangle(_) => true,
+        }
+    }
+
     /// The size that is not a positive number, if any, and its value in words.
     pub(crate) fn check(&self) -> Result<(), (&'static str, String)> {
         let positive = |name: &'static str, sizes: &[f64]| {

@@ -99,6 +99,26 @@ impl Texture {
         }
     }
 
+    /// The length that is not a positive number, if any, and its value.
+    pub(super) fn check(&self) -> Result<(), (&'static str, f64)> {
+        let lengths: &[(&'static str, f64)] = match *self {
+            Self::Plain { .. } => &[],
+            Self::Sinusoid { period_m } | Self::SolidSinusoid { period_m } => {
+                &[("period_m", period_m)]
+            }
+            Self::Checker { size_m, .. } | Self::Mosaic { size_m, .. } => &[("size_m", size_m)],
+            Self::Bricks {
+                size_m, joint_m, ..
+            } => &[
+                ("size_m", size_m[0]),
+                ("size_m", size_m[1]),
+                ("joint_m", joint_m),
+            ],
+        };
+        let bad = lengths.iter().find(|(_, l)| !(l.is_finite() && *l > 0.0));
+        bad.map_or(Ok(()), |&wrong| Err(wrong))
+    }
+
     #[inline]
     fn mosaic(&self, at: &SurfacePoint, footprint_m: f64) -> [f64; 3] {
         let &Self::Mosaic {
