@@ -6,6 +6,7 @@ are used and this file does nothing.
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -90,8 +91,22 @@ def associate(stamps_a_ns, stamps_b_ns, max_difference_s):
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
+def _not_built(*arguments, **options):
+    raise SphereflowError("the compiled module is not built")
+
+
+MODULES = {
+    "io": ("open_recording",),
+    "odometry": ("DepthOdometry",),
+    "slam": ("VoxelCloud",),
+    "sim": ("demo",),
+}
+
+
 def install(package: ModuleType) -> None:
     """Put the names into ``package`` unless it has its own."""
+    if hasattr(package, "Trajectory"):
+        return
     for name in (
         "SphereflowError",
         "ShapeError",
@@ -100,5 +115,10 @@ def install(package: ModuleType) -> None:
         "Trajectory",
         "associate",
     ):
-        if not hasattr(package, name):
-            setattr(package, name, globals()[name])
+        setattr(package, name, globals()[name])
+    for name, members in MODULES.items():
+        module = ModuleType(f"{package.__name__}.{name}")
+        for member in members:
+            setattr(module, member, _not_built)
+        sys.modules[module.__name__] = module
+        setattr(package, name, module)

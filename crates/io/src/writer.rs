@@ -16,7 +16,7 @@ pub enum ColourFormat {
     /// Without loss.
     #[default]
     Png,
-    /// Smaller and faster, with the loss of quality 92.
+    /// Smaller, but slower to write, and with the loss of quality 92.
     Jpeg,
 }
 

@@ -1,4 +1,5 @@
 //! Calibration files: round trip of every field, and errors that name the field.
+#![allow(clippy::unwrap_used, clippy::expect_used)] // tests stop where a file is not as it should be
 
 use nalgebra::Vector3;
 use proptest::prelude::*;

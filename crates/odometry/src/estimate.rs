@@ -86,7 +86,7 @@ impl VelocityEstimator {
         config.validate()?;
         let binned = camera.binned(config.block)?;
         Ok(Self {
-            table: SphereTable::new(&binned)?,
+            table: SphereTable::new(camera, config.block)?,
             tiling: Tiling::new(binned.width(), binned.height(), config.domains),
             camera: camera.clone(),
             binned,
@@ -173,7 +173,7 @@ impl VelocityEstimator {
                 known_share,
             );
         }
-        let mut solution = match self.solve_pair(dt_s, &prior.vector()) {
+        let mut solution = match self.solve_pair(dt_s, Some(&prior.vector())) {
             Ok(solution) => solution,
             Err(reason) => return VelocityEstimate::lost(reason, known_share),
         };
@@ -181,7 +181,7 @@ impl VelocityEstimator {
         let (mut step_m, mut settled) = (f64::INFINITY, true);
         for _ in 0..self.config.warps {
             self.warp(first, second, motion);
-            solution = match self.solve_pair(dt_s, &Vector6::zeros()) {
+            solution = match self.solve_pair(dt_s, None) {
                 Ok(solution) => solution,
                 Err(reason) => return VelocityEstimate::lost(reason, known_share),
             };
@@ -194,11 +194,12 @@ impl VelocityEstimator {
         self.judge(&solution, motion, dt_s, known_share, settled)
     }
 
-    /// Weak form and robust solve of the current pair.
+    /// Weak form and robust solve of the current pair: from nothing but a prior, or, of a pair that
+    /// was warped, from rest.
     fn solve_pair(
         &mut self,
         dt_s: f64,
-        prior: &Vector6<f64>,
+        prior: Option<&Vector6<f64>>,
     ) -> std::result::Result<Solution, Reason> {
         WeakForm {
             table: &self.table,
@@ -215,7 +216,11 @@ impl VelocityEstimator {
                 needed: self.config.min_domains,
             });
         }
-        let solution = self.solver.solve(&self.config, dt_s, prior);
+        let rest = Vector6::zeros();
+        let solution = match prior {
+            Some(prior) => self.solver.solve(&self.config, dt_s, prior),
+            None => self.solver.solve_from(&self.config, dt_s, &rest, rest),
+        };
         let finite = solution.twist.iter().all(|v| v.is_finite());
         if finite {
             Ok(solution)

@@ -1,7 +1,8 @@
 //! The blocks of the image as polygons on the unit sphere: rays, solid angles and edge integrals.
 
 use crate::Result;
-use nalgebra::Vector3;
+use crate::depth_image::Axis;
+use nalgebra::{Vector2, Vector3};
 use sphereflow_sphere::{Camera, SphereGrid};
 
 /// What a domain's contour integrals need of one edge, oriented towards +x or +y.
@@ -20,8 +21,10 @@ pub(crate) struct SphereTable {
     pub(crate) height: usize,
     /// Left and right border are the same.
     pub(crate) wraps: bool,
-    /// Unit ray of each block's centre.
-    pub(crate) ray: Vec<[f32; 3]>,
+    /// Rays for depths along the optical axis.
+    optical: BlockRays,
+    /// Rays for ranges along the ray.
+    along_ray: BlockRays,
     /// Solid angle of each block, steradian; NaN where the camera does not see all of it.
     pub(crate) area: Vec<f32>,
     /// Edge to the left of block `(x, y)` at `y * (width + 1) + x`.
@@ -30,21 +33,41 @@ pub(crate) struct SphereTable {
     pub(crate) top: Vec<Edge>,
 }
 
+/// Where the mean of a block belongs. On a plane the inverse depth is linear in `eta / eta_z`, the
+/// inverse range in eta, so that the mean over the pixels of a block is the plane's value at the
+/// mean of these vectors, whatever the camera's distortion. NaN where a pixel has no such vector.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockRays {
+    /// Mean vector's direction.
+    pub(crate) direction: Vec<[f32; 3]>,
+    /// Mean vector's length: inverse range times it is the block's value.
+    pub(crate) length: Vec<f32>,
+}
+
 impl SphereTable {
-    /// Samples the pixels of `camera`. With great circles as edges the integrals are exact: `n` is
+    /// Samples the `block` x `block` pixels of `camera`. With great circles as edges the integrals are exact: `n` is
     /// constant along an edge, and `eta x n` is the unit tangent, so that it integrates to the
     /// chord. Summed over a closed polygon the chords vanish exactly.
     ///
     /// Thesis: section 6.2, the table of `(eta x n) dl` and `n dl` (there for a pinhole only), and
     /// section 6.3 (for one distortion); here for any camera.
-    pub(crate) fn new(camera: &Camera) -> Result<Self> {
-        let grid = SphereGrid::new(camera)?;
+    pub(crate) fn new(camera: &Camera, block: usize) -> Result<Self> {
+        let grid = SphereGrid::new(&camera.binned(block)?)?;
+        let size = (grid.width(), grid.height());
         let (width, height) = (grid.width(), grid.height());
         let mut table = Self {
             width,
             height,
             wraps: grid.wraps_around(),
-            ray: grid.rays().iter().map(single).collect(),
+            optical: BlockRays::new(camera, block, size, |ray| {
+                // NaN beyond 90 degrees: there is no depth along the axis
+                if ray.z > 0.0 {
+                    ray / ray.z
+                } else {
+                    ray * f64::NAN
+                }
+            }),
+            along_ray: BlockRays::new(camera, block, size, |ray| ray),
             area: grid.solid_angle().iter().map(|&a| a as f32).collect(),
             left: Vec::with_capacity((width + 1) * height),
             top: Vec::with_capacity(width * (height + 1)),
@@ -60,6 +83,40 @@ impl SphereTable {
                 .extend((0..width).map(|x| Edge::new(grid.edge_y(x, y))));
         }
         Ok(table)
+    }
+
+    /// The rays that go with values along `axis`.
+    pub(crate) fn rays(&self, axis: Axis) -> &BlockRays {
+        match axis {
+            Axis::Optical => &self.optical,
+            Axis::Ray => &self.along_ray,
+        }
+    }
+}
+
+impl BlockRays {
+    fn new(
+        camera: &Camera,
+        block: usize,
+        (width, height): (usize, usize),
+        vector: impl Fn(Vector3<f64>) -> Vector3<f64>,
+    ) -> Self {
+        let pixel = |x: usize, y: usize| match camera.unproject(&Vector2::new(x as f64, y as f64)) {
+            Some(ray) => vector(ray),
+            None => Vector3::repeat(f64::NAN),
+        };
+        let mut rays = Self {
+            direction: Vec::with_capacity(width * height),
+            length: Vec::with_capacity(width * height),
+        };
+        for i in 0..width * height {
+            let (x0, y0) = (i % width * block, i / width * block);
+            let pixels = (0..block * block).map(|k| pixel(x0 + k % block, y0 + k / block));
+            let mean = pixels.sum::<Vector3<f64>>() / (block * block) as f64;
+            rays.direction.push(single(&mean.normalize()));
+            rays.length.push(mean.norm() as f32);
+        }
+        rays
     }
 }
 
@@ -87,7 +144,7 @@ mod tests {
     #[test]
     fn table_edges_of_a_pinhole_match_the_printed_integrands() {
         let camera = Camera::pinhole(500.0, 480.0, 319.5, 239.5, 640, 480).unwrap();
-        let table = SphereTable::new(&camera).unwrap();
+        let table = SphereTable::new(&camera, 1).unwrap();
         for (x, y) in [(0, 0), (320, 100), (600, 479), (17, 333)] {
             let (z1, dz1) = ((x as f64 - 319.5) / 500.0, 1.0 / 500.0);
             let (z2, dz2) = ((y as f64 - 239.5) / 480.0, 1.0 / 480.0);
@@ -122,7 +179,7 @@ mod tests {
 
     #[test]
     fn table_of_the_whole_sphere_has_area_four_pi_and_closed_contours() {
-        let table = SphereTable::new(&Camera::equirectangular(64, 32).unwrap()).unwrap();
+        let table = SphereTable::new(&Camera::equirectangular(64, 32).unwrap(), 1).unwrap();
         let area: f64 = table.area.iter().map(|&a| f64::from(a)).sum();
         assert!((area - 4.0 * PI).abs() < 1e-4, "{area}");
         for y in 0..32 {

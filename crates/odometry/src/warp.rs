@@ -1,9 +1,7 @@
 //! The second image as the camera would see it from where the first was taken.
 
 use crate::binning::InverseDepth;
-use crate::depth_image::Axis;
 use crate::sphere_table::SphereTable;
-use crate::weak_form::factor;
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 use sphereflow_core::Pose;
@@ -28,49 +26,61 @@ impl Warp<'_> {
     /// `first` is unknown, or the second image does not show the ray's surface, it is NaN.
     pub(crate) fn fill(&self, first: &InverseDepth, out: &mut InverseDepth) {
         let width = self.table.width;
+        let (rays, back) = (self.table.rays(first.axis), self.motion.inverse());
         out.axis = first.axis;
         out.values.resize(first.values.len(), f32::NAN);
-        out.values
-            .par_chunks_mut(width)
-            .with_min_len(16)
-            .enumerate()
-            .for_each(|(y, row)| {
-                for (x, value) in row.iter_mut().enumerate() {
-                    let i = y * width + x;
-                    let ray = &self.table.ray[i];
-                    let to_range = factor(first.axis, ray);
-                    let range = 1.0 / f64::from(first.values[i] * to_range);
-                    *value = match self.range_along(ray, range) {
-                        Some(range) => (1.0 / range) as f32 / to_range,
-                        None => f32::NAN,
-                    };
-                }
-            });
+        let rows = out.values.par_chunks_mut(width).with_min_len(16);
+        rows.enumerate().for_each(|(y, row)| {
+            for (x, value) in row.iter_mut().enumerate() {
+                let i = y * width + x;
+                let guess = f64::from(rays.length[i] / first.values[i]);
+                let ray = Vector3::from(rays.direction[i].map(f64::from));
+                *value = match self.range_along(&ray, guess, &back) {
+                    Some(range) => rays.length[i] / range as f32,
+                    None => f32::NAN,
+                };
+            }
+        });
     }
 
     /// Range of the second image's surface along a ray of the first, beginning at a guess.
-    fn range_along(&self, ray: &[f32; 3], guess_m: f64) -> Option<f64> {
+    fn range_along(&self, ray: &Vector3<f64>, guess_m: f64, back: &Pose) -> Option<f64> {
         if !guess_m.is_finite() {
             return None;
         }
-        let ray = Vector3::from(ray.map(f64::from));
-        let back = self.motion.inverse();
         let mut range = guess_m;
         for _ in 0..FIXED_POINT_STEPS {
             let point = back.transform(&(ray * range));
             let towards = point / point.norm();
-            let seen = self.sample(&self.camera.project(&point)?, towards.z)?;
-            range = ray.dot(&self.motion.transform(&(towards / seen)));
+            let inverse = self.sample(&self.camera.project(&point)?, &towards)?;
+            range = ray.dot(&self.motion.transform(&(towards / inverse)));
         }
         (range > 0.0).then_some(range)
     }
 
-    /// Inverse range at `pixel`, bilinear in the inverse depth: exact on planes.
-    fn sample(&self, pixel: &Vector2<f64>, ray_z: f64) -> Option<f64> {
+    /// Inverse range of the second image along `towards`, which `pixel` sees: bilinear in the
+    /// values and in their vectors, which is exact on planes.
+    fn sample(&self, pixel: &Vector2<f64>, towards: &Vector3<f64>) -> Option<f64> {
+        let corners = self.corners(pixel)?;
+        let values = corners.map(|i| self.second.values[i]);
+        let high = values.iter().copied().fold(values[0], f32::max);
+        let low = values.iter().copied().fold(values[0], f32::min);
+        let (u, v) = (pixel.x - pixel.x.floor(), pixel.y - pixel.y.floor());
+        let rays = self.table.rays(self.second.axis);
+        let vectors = corners
+            .map(|i| Vector3::from(rays.direction[i].map(f64::from)) * f64::from(rays.length[i]));
+        let (du, dv) = step_towards(&vectors, (u, v), towards);
+        let (u, v) = (u + du, v + dv);
+        let value = bilinear(values.map(f64::from), u, v);
+        let along = bilinear(vectors.map(|p| p.dot(towards)), u, v);
+        // A NaN among the four makes `value` NaN and fails the comparison.
+        (f64::from(high - low) <= f64::from(self.max_jump) * value).then(|| value / along)
+    }
+
+    /// Indices of the blocks around a pixel: upper left, upper right, lower left, lower right.
+    fn corners(&self, pixel: &Vector2<f64>) -> Option<[usize; 4]> {
         let (width, height) = (self.table.width as isize, self.table.height as isize);
-        let (x0, y0) = (pixel.x.floor(), pixel.y.floor());
-        let (u, v) = ((pixel.x - x0) as f32, (pixel.y - y0) as f32);
-        let (x0, y0) = (x0 as isize, y0 as isize);
+        let (x, y) = (pixel.x.floor() as isize, pixel.y.floor() as isize);
         let column = |x: isize| {
             if self.table.wraps {
                 x.rem_euclid(width)
@@ -78,21 +88,40 @@ impl Warp<'_> {
                 x
             }
         };
-        let (x0, x1) = (column(x0), column(x0.saturating_add(1)));
+        let (x0, x1) = (column(x), column(x.saturating_add(1)));
         let inside = |x: isize| (0..width).contains(&x);
-        if !inside(x0) || !inside(x1) || y0 < 0 || y0.saturating_add(1) >= height {
+        if !inside(x0) || !inside(x1) || y < 0 || y.saturating_add(1) >= height {
             return None;
         }
-        let at = |x: isize, y: isize| self.second.values[(y * width + x) as usize];
-        let (a, b, c, d) = (at(x0, y0), at(x1, y0), at(x0, y0 + 1), at(x1, y0 + 1));
-        let value = (a * (1.0 - u) + b * u) * (1.0 - v) + (c * (1.0 - u) + d * u) * v;
-        let spread = a.max(b).max(c).max(d) - a.min(b).min(c).min(d);
-        let along = match self.second.axis {
-            Axis::Optical => ray_z,
-            Axis::Ray => 1.0,
-        };
-        let inverse_range = f64::from(value) * along;
-        // A NaN among the four makes `value` NaN and fails the comparison.
-        (spread <= self.max_jump * value && inverse_range > 0.0).then_some(inverse_range)
+        let at = |x: isize, y: isize| (y * width + x) as usize;
+        Some([at(x0, y), at(x1, y), at(x0, y + 1), at(x1, y + 1)])
     }
+}
+
+fn bilinear(corners: [f64; 4], u: f64, v: f64) -> f64 {
+    let [a, b, c, d] = corners;
+    (a * (1.0 - u) + b * u) * (1.0 - v) + (c * (1.0 - u) + d * u) * v
+}
+
+/// What to add to `(u, v)` for the vectors' interpolation to point `towards`: zero where they are
+/// linear in the pixel, as those of a pinhole. One step of Gauss and Newton.
+fn step_towards(
+    [a, b, c, d]: &[Vector3<f64>; 4],
+    (u, v): (f64, f64),
+    towards: &Vector3<f64>,
+) -> (f64, f64) {
+    let across = |p: Vector3<f64>| p - towards * p.dot(towards);
+    let by_u = across((b - a) * (1.0 - v) + (d - c) * v);
+    let by_v = across((c - a) * (1.0 - u) + (d - b) * u);
+    let miss = across((a * (1.0 - u) + b * u) * (1.0 - v) + (c * (1.0 - u) + d * u) * v);
+    let (uu, uv, vv) = (by_u.dot(&by_u), by_u.dot(&by_v), by_v.dot(&by_v));
+    let (ru, rv) = (by_u.dot(&miss), by_v.dot(&miss));
+    let determinant = uu * vv - uv * uv;
+    if determinant <= 0.0 {
+        return (0.0, 0.0); // at a pole, where a step sideways is none
+    }
+    (
+        (uv * rv - vv * ru) / determinant,
+        (uv * ru - uu * rv) / determinant,
+    )
 }

@@ -36,15 +36,13 @@ impl Pair {
     ) {
         self.mean.resize(table.area.len(), f32::NAN);
         self.half.resize(table.area.len(), f32::NAN);
-        let inputs = first
-            .values
-            .iter()
-            .zip(&second.values)
-            .zip(table.ray.iter().zip(&table.area));
+        let (rays0, rays1) = (table.rays(first.axis), table.rays(second.axis));
+        let lengths = rays0.length.iter().zip(&rays1.length).zip(&table.area);
+        let inputs = first.values.iter().zip(&second.values).zip(lengths);
         let outputs = self.mean.iter_mut().zip(&mut self.half);
-        for (((&a, &b), (ray, area)), (mean, half)) in inputs.zip(outputs) {
+        for (((&a, &b), ((length_a, length_b), area)), (mean, half)) in inputs.zip(outputs) {
             let seen = area - area; // NaN outside the camera's view
-            let (a, b) = (a * factor(first.axis, ray), b * factor(second.axis, ray));
+            let (a, b) = (a / length_a, b / length_b);
             *mean = 0.5 * (a + b) + seen;
             *half = 0.5 * (b - a) + seen;
         }
@@ -54,14 +52,6 @@ impl Pair {
     pub(crate) fn known_share(&self) -> f64 {
         let known = self.mean.iter().filter(|v| v.is_finite()).count();
         known as f64 / self.mean.len().max(1) as f64
-    }
-}
-
-/// Inverse range over inverse depth: 1/D = eta_z / z.
-pub(crate) fn factor(axis: Axis, ray: &[f32; 3]) -> f32 {
-    match axis {
-        Axis::Optical => ray[2],
-        Axis::Ray => 1.0,
     }
 }
 
@@ -134,7 +124,8 @@ impl WeakForm<'_> {
         if mean.is_nan() {
             return;
         }
-        let (half, area, ray) = (self.pair.half[i], self.table.area[i], self.table.ray[i]);
+        let (half, area) = (self.pair.half[i], self.table.area[i]);
+        let ray = self.table.rays(Axis::Ray).direction[i];
         let source = 2.0 * (mean * mean + half * half) * area;
         sum.change += f64::from(2.0 * half * area);
         sum.area += f64::from(area);
@@ -250,3 +241,7 @@ impl WeakForm<'_> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "weak_form_reference.rs"]
+mod reference;

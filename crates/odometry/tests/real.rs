@@ -40,15 +40,16 @@ fn tum(root: &Path) -> Recording {
         let (stamp, name) = line.split_once(' ').unwrap();
         (stamp.parse().unwrap(), root.join(name))
     });
-    let lens = [0.262383, -0.953104, -0.005358, 0.002628, 1.163314, 0.0, 0.0, 0.0];
+    let lens = [
+        0.262383, -0.953104, -0.005358, 0.002628, 1.163314, 0.0, 0.0, 0.0,
+    ];
     let camera = match std::env::var("TUMCAM").as_deref() {
         Ok("pin") => {
             Camera::pinhole(517.306408, 516.469215, 318.643040, 255.313989, 640, 480).unwrap()
         }
         Ok("525") => Camera::pinhole(525.0, 525.0, 319.5, 239.5, 640, 480).unwrap(),
-        _ => Camera::opencv(517.306408, 516.469215, 318.643040, 255.313989, lens,
-            640,
-            480,
+        _ => Camera::opencv(
+            517.306408, 516.469215, 318.643040, 255.313989, lens, 640, 480,
         )
         .unwrap(),
     };
@@ -204,11 +205,7 @@ fn trajectory_error(estimated: &[Pose], truth: &[Pose]) -> f64 {
 
 fn tried() -> Vec<Config> {
     let d = Config::default();
-    let mut v = vec![d];
-    for warps in [1, 2] {
-        v.push(Config { warps, ..d });
-    }
-    v
+    [0, 1, 2].map(|warps| Config { warps, ..d }).to_vec()
 }
 
 #[test]
@@ -218,7 +215,16 @@ fn tum_rpy_drift_is_bounded() {
     };
     let recording = tum(&root);
     for c in tried() {
-        println!("tum {} {:.4?}", c.warps, run(&recording, c));
+        println!(
+            "tum w{} b{} n{} share{} sw{} j{}  {:.4?}",
+            c.warps,
+            c.block,
+            c.domains,
+            c.domain_known_share,
+            c.sweeps,
+            c.max_jump,
+            run(&recording, c)
+        );
     }
 }
 
@@ -229,6 +235,15 @@ fn seven_scenes_kitchen_drift_is_bounded() {
     };
     let recording = seven_scenes(&root);
     for c in tried() {
-        println!("seven {} {:.4?}", c.warps, run(&recording, c));
+        println!(
+            "seven w{} b{} n{} share{} sw{} j{}  {:.4?}",
+            c.warps,
+            c.block,
+            c.domains,
+            c.domain_known_share,
+            c.sweeps,
+            c.max_jump,
+            run(&recording, c)
+        );
     }
 }

@@ -5,6 +5,9 @@ mod camera;
 mod errors;
 mod grid;
 mod odometry;
+mod recording;
+mod sim;
+mod slam;
 mod trajectory;
 
 use pyo3::prelude::*;
@@ -22,6 +25,14 @@ mod _native {
     use crate::odometry::{
         PyDepthOdometry, PyOdometryResult, PyVelocityEstimate, py_estimate_velocity,
     };
+    #[pymodule_export]
+    use crate::recording::{
+        PyFrame, PyFrameIterator, PyRecording, PyRecordingWriter, py_open_recording,
+    };
+    #[pymodule_export]
+    use crate::sim::{PySimulatedFrame, PySimulatedFrames, PySimulator};
+    #[pymodule_export]
+    use crate::slam::PyVoxelCloud;
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
 

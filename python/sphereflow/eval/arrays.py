@@ -39,7 +39,7 @@ class Poses:
     position_m: Array
     rotation: Array
 
-    def __len__(self) -> int:
+    def __len__(self) -> int:  # noqa: D105
         return len(self.stamp_ns)
 
     def take(self, rows: Integers) -> Poses:

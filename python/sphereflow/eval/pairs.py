@@ -101,9 +101,9 @@ def _nearest(steps: Array, delta: float, tolerance: float) -> Integers:
 def _by_angle(rotation: Array, delta: float, tolerance: float, all_pairs: bool) -> Integers:
     if not all_pairs:
         return _greedy(angles_rad(relative(rotation[:-1], rotation[1:])), delta)
-    pairs = []
+    pairs: list[tuple[int, int]] = []
     for row in range(len(rotation) - 1):
         turned = angles_rad(np.matmul(rotation[row].T, rotation[row + 1 :]))
         close = np.flatnonzero((turned >= delta - tolerance) & (turned <= delta + tolerance))
-        pairs.extend((row, row + 1 + later) for later in close)
+        pairs.extend((row, row + 1 + int(later)) for later in close)
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)

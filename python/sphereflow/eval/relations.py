@@ -55,18 +55,18 @@ def checked_relation(relation: Relation, allowed: tuple[Relation, ...]) -> Relat
 def error_sizes(relation: Relation, rotation: Array, translation_m: Array) -> Array:
     """Size (N,) of error motions: rotations (N, 3, 3) and translations (N, 3)."""
     off_identity = rotation - np.eye(3)
+    turned_squares = np.square(off_identity).sum(axis=(1, 2))
+    moved_squares = np.square(translation_m).sum(axis=1)
+    sizes: Array
     match relation:
         case "rotation_rad":
-            return angles_rad(rotation)
+            sizes = angles_rad(rotation)
         case "rotation_deg":
-            return np.rad2deg(angles_rad(rotation))
+            sizes = np.rad2deg(angles_rad(rotation))
         case "rotation_matrix":
-            return np.sqrt(np.square(off_identity).sum(axis=(1, 2)))
+            sizes = np.sqrt(turned_squares)
         case "full":
-            squares = np.square(off_identity).sum(axis=(1, 2)) + np.square(translation_m).sum(
-                axis=1
-            )
-            return np.sqrt(squares)
+            sizes = np.sqrt(turned_squares + moved_squares)
         case _:
-            lengths: Array = np.linalg.norm(translation_m, axis=1)
-            return lengths
+            sizes = np.sqrt(moved_squares)
+    return sizes

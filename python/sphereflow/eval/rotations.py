@@ -54,4 +54,5 @@ def angles_rad(rotations: Array) -> Array:
 
 def relative(first: Array, second: Array) -> Array:
     """``first^T second`` for each pair of rotation matrices (N, 3, 3)."""
-    return np.matmul(np.swapaxes(first, 1, 2), second)
+    product: Array = np.matmul(np.swapaxes(first, 1, 2), second)
+    return product

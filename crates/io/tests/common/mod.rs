@@ -1,4 +1,5 @@
 //! A small synthetic recording for the tests.
+#![allow(dead_code, clippy::unwrap_used)] // each test program uses a part; tests may unwrap
 
 use nalgebra::Vector3;
 use sphereflow_core::{DepthMap, ImuSample, MagSample, Plane, Pose, RgbdFrame, Stamp, Trajectory};
@@ -61,4 +62,15 @@ pub fn write_recording(path: &Path, count: usize) {
     }
     writer.set_truth(truth(count));
     writer.finish().unwrap();
+}
+
+/// NaN is not equal to itself: unknown depth is compared by its bits.
+pub fn assert_same_frame(a: &RgbdFrame, b: &RgbdFrame) {
+    let bits = |frame: &RgbdFrame| {
+        let depth = frame.depth.as_ref().unwrap().metres().data();
+        depth.iter().map(|v| v.to_bits()).collect::<Vec<_>>()
+    };
+    assert_eq!(bits(a), bits(b));
+    assert_eq!((a.stamp, &a.imu, &a.mag), (b.stamp, &b.imu, &b.mag));
+    assert!(a.colour == b.colour);
 }

@@ -1,10 +1,13 @@
 //! Exact ranges in simple scenes: what the tests measure motion in.
 #![allow(dead_code)] // each test program uses its part
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use sphereflow_core::{DepthMap, Plane, Pose, RangeMap, Twist};
-use sphereflow_odometry::pose_from_twist;
+use sphereflow_odometry::{Config, VelocityEstimate, estimate_velocity, pose_from_twist};
 use sphereflow_sphere::Camera;
+
+/// Time between two images, seconds.
+pub const DT_S: f64 = 1.0 / 30.0;
 
 /// Scenes seen from inside or in front.
 pub enum Scene {
@@ -104,7 +107,31 @@ pub fn twist(values: [f64; 6]) -> Twist {
     Twist::from_vector(&values.into())
 }
 
-/// Two poses `dt_s` apart under a constant twist, the middle one looking into the room as `start`.
+/// Two poses `dt_s` apart under a constant twist, the first being `start`.
 pub fn two_poses(start: &Pose, twist: &Twist, dt_s: f64) -> (Pose, Pose) {
     (*start, *start * pose_from_twist(twist, dt_s))
+}
+
+/// A pose off the centre of the scenes, with no axis along theirs.
+pub fn somewhere() -> Pose {
+    let rotation = UnitQuaternion::from_euler_angles(0.1, -0.2, 0.3);
+    Pose::new(rotation, Vector3::new(0.2, -0.1, 0.3))
+}
+
+/// The estimate from two exact images: ranges where the camera sees beyond 90 degrees.
+pub fn measure(
+    scene: &Scene,
+    camera: &Camera,
+    motion: &Twist,
+    config: &Config,
+) -> VelocityEstimate {
+    let (a, b) = two_poses(&somewhere(), motion, DT_S);
+    let corner = camera.unproject(&Vector2::new(0.0, 0.0));
+    if corner.is_some_and(|ray| ray.z > 0.0) {
+        let (a, b) = (scene.depths(camera, &a), scene.depths(camera, &b));
+        estimate_velocity(camera, &a, &b, DT_S, config).unwrap()
+    } else {
+        let (a, b) = (scene.ranges(camera, &a), scene.ranges(camera, &b));
+        estimate_velocity(camera, &a, &b, DT_S, config).unwrap()
+    }
 }

@@ -159,6 +159,13 @@ impl CorrelatedField {
 }
 
 #[cfg(test)]
+impl CorrelatedField {
+    pub(crate) fn addresses(&self) -> [*const f32; 4] {
+        [&self.white, &self.u, &self.y, &self.field].map(|v| v.as_ptr())
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::super::stream::Purpose;
     use super::*;

@@ -64,6 +64,15 @@ pub struct NoiseWorkspace {
     pub(crate) shadow: Shadow,
 }
 
+#[cfg(test)]
+impl NoiseWorkspace {
+    /// Where the buffers lie: equal before and after where nothing was allocated anew.
+    pub(crate) fn addresses(&self) -> [*const f32; 6] {
+        let [a, b, c, d] = self.correlated.addresses();
+        [a, b, c, d, self.factors.address(), self.shadow.address()]
+    }
+}
+
 /// # Errors
 /// [`Error::Shape`] where the map is not of the camera's size.
 pub(crate) fn check_size(depth: &DepthMap, camera: &Camera) -> Result<()> {

@@ -69,3 +69,10 @@ impl FactorField {
         &self.factors
     }
 }
+
+#[cfg(test)]
+impl FactorField {
+    pub(crate) fn address(&self) -> *const f32 {
+        self.factors.as_ptr()
+    }
+}

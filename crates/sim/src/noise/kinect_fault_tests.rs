@@ -236,6 +236,23 @@ fn kinect_noise_of_a_panorama_or_a_map_of_other_size_is_an_error_that_changes_no
     }
 }
 
+#[test]
+fn kinect_noise_in_place_reuses_the_image_and_the_workspace_from_the_second_frame_on() {
+    let noise = KinectNoise::new(KinectParameters::default(), 0).unwrap();
+    let (camera, mut depth) = (camera(), plane(0.4, 1.2));
+    let mut workspace = NoiseWorkspace::default();
+    let mut addresses = Vec::new();
+    for frame in 0..3 {
+        noise
+            .apply_in_place(&mut depth, &camera, frame, &mut workspace)
+            .unwrap();
+        let image = depth.metres().data().as_ptr();
+        addresses.push((image, workspace.addresses()));
+    }
+    assert_eq!(addresses[0], addresses[1]);
+    assert_eq!(addresses[1], addresses[2]);
+}
+
 /// Prints the time of a whole frame; run with `--ignored --nocapture`.
 #[test]
 #[ignore = "prints a time, decides nothing"]

@@ -42,6 +42,13 @@ impl Shadow {
     }
 }
 
+#[cfg(test)]
+impl Shadow {
+    pub(crate) fn address(&self) -> *const f32 {
+        self.nearest.as_ptr()
+    }
+}
+
 /// One row: the largest disparity on each projector column, then the pixels behind it.
 fn cast_row(row: &mut [f32], nearest: &mut [f32], margin: f32, disparity_px_m: f32) {
     nearest.fill(0.0);

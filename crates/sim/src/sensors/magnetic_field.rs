@@ -75,7 +75,7 @@ impl MagneticField {
         checks::positive("dipole_radius_m", p.dipole_radius_m)?;
         checks::finite_all("box_min_m", &p.box_min_m)?;
         checks::finite_all("box_max_m", &p.box_max_m)?;
-        if !(p.dip_rad.abs() < std::f64::consts::FRAC_PI_2) {
+        if p.dip_rad.is_nan() || p.dip_rad.abs() >= std::f64::consts::FRAC_PI_2 {
             return Err(Error::value(
                 "dip_rad",
                 "an angle within +-pi/2, or no field is horizontal",

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Names of the parameters.
 pub(crate) const NAMES: [&str; 3] = ["w", "dx", "dy"];
 
-/// Thesis: eq. (1.6). `r_d = atan(2 r_u tan(w/2)) / w` along (1.5), about a distortion centre
+/// Thesis: eq. (1.6). Thesis: eq. (1.5). `r_d = atan(2 r_u tan(w/2)) / w` along the radius, about a distortion centre
 /// (dx, dy) that may differ from the principal point (image plane coordinates).
 ///
 /// Seen is what lies in front (z > 0): distorted radii below pi/(2 w).
@@ -84,7 +84,7 @@ impl Bend for Fov {
     fn straighten(&self, m: &Vector2<f64>) -> Option<Vector3<f64>> {
         let e = m - self.centre;
         let angle = e.norm() * self.w;
-        // Thesis: section 6.3, tan(r w) / (2 tan(w/2)), here times cos(r w).
+        // Thesis: section 6.3. tan(r w) / (2 tan(w/2)), here times cos(r w).
         let slope = self.w / self.spread;
         let x = to_radius(&e, angle.sin() / self.spread, slope) + self.centre * angle.cos();
         (angle < FRAC_PI_2).then(|| Vector3::new(x.x, x.y, angle.cos()).normalize())

@@ -72,7 +72,7 @@ fn kannala_brandt_equals_cv2_fisheye() {
 
 #[test]
 fn fov_equals_the_printed_formulas() {
-    // Thesis: eq. (1.5), (1.6), and the ray of section 6.3
+    // Thesis: eq. (1.5). Thesis: eq. (1.6). Thesis: section 6.3 (the ray).
     let w: f64 = 0.93;
     let (x, y) = (0.4_f64, -0.3_f64);
     let r_u = x.hypot(y);
