@@ -209,7 +209,7 @@ impl View<'_> {
         if self.stride == 0 {
             return Err(Error::value("stride", "1 or more", self.stride).into());
         }
-        if !(self.max_range_m > 0.0) {
+        if self.max_range_m.is_nan() || self.max_range_m <= 0.0 {
             let found = self.max_range_m;
             return Err(Error::value("max_range_m", "a positive number of metres", found).into());
         }
