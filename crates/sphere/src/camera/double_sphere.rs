@@ -11,8 +11,11 @@ pub(crate) const NAMES: [&str; 2] = ["xi", "alpha"];
 /// Double Sphere Camera Model"): `m = (x, y) / (alpha d2 + (1 - alpha)(z + xi d1))` with `d1 = |X|`,
 /// `d2 = |(x, y, z + xi d1)|`.
 ///
-/// Seen is what the unified model sees of the shifted point, which is the published
-/// `z > -w2 d1`, `w2 = (w1 + xi) / sqrt(2 w1 xi + xi^2 + 1)`.
+/// Seen is what the unified model sees of the shifted point: there the image is one to one, and is
+/// the image that has rays. With `w1` of the unified model that is `z > -w d1`, where
+/// `w = xi - w1^2 xi + w1 sqrt(1 - xi^2 + w1^2 xi^2)`. The paper prints
+/// `w2 = (w1 + xi) / sqrt(2 w1 xi + xi^2 + 1)` instead, which is slightly smaller for its lenses
+/// but lets folded points in where `w1` is small and `xi` negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DoubleSphere {
     xi: f64,

@@ -4,7 +4,7 @@ use super::binned_coordinate;
 use nalgebra::{Matrix2x3, Vector2};
 use sphereflow_core::{Error, Result};
 
-/// Thesis: eq. (1.3), (1.4) without skew. `u = fx m1 + cx`, `v = fy m2 + cy`.
+/// Thesis: eq. (1.3). Thesis: eq. (1.4), without skew. `u = fx m1 + cx`, `v = fy m2 + cy`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Focal {
     /// Focal length across, pixels.

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Names of the parameters.
 pub(crate) const NAMES: [&str; 3] = ["w", "dx", "dy"];
 
-/// Thesis: eq. (1.6). `r_d = atan(2 r_u tan(w/2)) / w` along (1.5), about a distortion centre
+/// Thesis: eq. (1.6). Thesis: eq. (1.5). `r_d = atan(2 r_u tan(w/2)) / w` along the radius, about a distortion centre
 /// (dx, dy) that may differ from the principal point (image plane coordinates).
 ///
 /// Seen is what lies in front (z > 0): distorted radii below pi/(2 w).
@@ -50,7 +50,7 @@ impl Fov {
 
     /// `z` times the vector from the distortion centre to the undistorted point: no division, so
     /// that rays next to 90 degrees keep their digits.
-    fn from_centre(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
+    fn off_centre(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
         let e = Vector2::new(point.x, point.y) - self.centre * point.z;
         (point.z > 0.0 && e.norm().is_finite()).then_some(e)
     }
@@ -58,13 +58,13 @@ impl Fov {
 
 impl Bend for Fov {
     fn bend(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
-        let e = self.from_centre(point)?;
+        let e = self.off_centre(point)?;
         let radius = (self.spread * e.norm()).atan2(point.z) / self.w;
         Some(self.centre + to_radius(&e, radius, 0.0))
     }
 
     fn bend_with_jacobian(&self, point: &Vector3<f64>) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
-        let e = self.from_centre(point)?;
+        let e = self.off_centre(point)?;
         let (rho, z) = (e.norm(), point.z);
         let angle = (self.spread * rho).atan2(z);
         let norm2 = (self.spread * rho).powi(2) + z * z;
@@ -84,13 +84,10 @@ impl Bend for Fov {
     fn straighten(&self, m: &Vector2<f64>) -> Option<Vector3<f64>> {
         let e = m - self.centre;
         let angle = e.norm() * self.w;
-        if !(angle < FRAC_PI_2) {
-            return None;
-        }
-        // Thesis: section 6.3, tan(r w) / (2 tan(w/2)), here times cos(r w).
+        // Thesis: section 6.3. tan(r w) / (2 tan(w/2)), here times cos(r w).
         let slope = self.w / self.spread;
         let x = to_radius(&e, angle.sin() / self.spread, slope) + self.centre * angle.cos();
-        Some(Vector3::new(x.x, x.y, angle.cos()).normalize())
+        (angle < FRAC_PI_2).then(|| Vector3::new(x.x, x.y, angle.cos()).normalize())
     }
 
     fn named(&self) -> Vec<(&'static str, f64)> {

@@ -73,12 +73,9 @@ impl InversePolynomial {
 
     /// From the distortion centre to the undistorted point, and the distorted radius.
     fn radius(&self, point: &Vector3<f64>) -> Option<(Vector2<f64>, f64)> {
-        if !(point.z > 0.0) {
-            return None;
-        }
         let e = Vector2::new(point.x / point.z, point.y / point.z) - self.centre;
         let radius = invert_increasing(|r| self.undistorted(r), self.limit, e.norm())?;
-        Some((e, radius))
+        (point.z > 0.0).then_some((e, radius))
     }
 }
 

@@ -15,12 +15,16 @@ pub(crate) fn polynomial(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// The largest `x` up to which the polynomial, positive at 0, stays positive; at most `bound`.
+/// Kept away from a root, relatively, so that rounding does not change the sign before it.
+const MARGIN: f64 = 1e-12;
+
+/// Almost the largest `x` up to which the polynomial, positive at 0, stays positive; at most
+/// `bound`.
 pub(crate) fn positive_until(coefficients: &[f64], bound: f64) -> f64 {
-    sign_changes(coefficients, bound)
-        .first()
-        .copied()
-        .unwrap_or(bound)
+    match sign_changes(coefficients, bound).first() {
+        Some(root) => root * (1.0 - MARGIN),
+        None => bound,
+    }
 }
 
 /// Where the polynomial changes sign in (0, `bound`), ascending. Between two neighbouring sign

@@ -7,6 +7,7 @@
 
 mod border;
 mod build;
+mod discrepancy;
 mod divergence;
 mod edges;
 mod geometry;
@@ -15,6 +16,7 @@ mod laplacian;
 mod lattice;
 
 pub use border::Border;
+pub use discrepancy::laplacian_discrepancy;
 pub use geometry::Edge;
 
 use crate::camera::Camera;

@@ -23,7 +23,7 @@ fn exact() -> Exponential {
 /// A ragged set of pixels: two discs and a few lone pixels.
 fn in_set(x: usize, y: usize) -> bool {
     let near = |u: f64, v: f64, r: f64| (x as f64 - u).hypot(y as f64 - v) < r;
-    near(3.0, 5.0, 9.5) || near(50.0, 25.0, 12.0) || (x * 7 + y * 13) % 31 == 0
+    near(3.0, 5.0, 9.5) || near(50.0, 25.0, 12.0) || (x * 7 + y * 13).is_multiple_of(31)
 }
 
 /// Sum of `flux` outwards over the border of the set, each edge once.

@@ -1,7 +1,6 @@
 //! The operators against exact fields, at second order under refinement.
 
 use super::fields::{self, Exact};
-use crate::camera::{Model, Pinhole};
 use crate::{Camera, SphereGrid};
 use nalgebra::Vector3;
 
@@ -126,8 +125,16 @@ fn operators_on_a_pinhole_are_second_order_up_to_the_border() {
 fn operators_on_a_skewed_pinhole_are_second_order_up_to_the_border() {
     check("skewed", &SECOND, anywhere, |n| {
         let s = n as f64;
-        let model = Pinhole::new(40.0 * s, 43.0 * s, 31.0 * s, 25.0 * s, 15.0 * s).unwrap();
-        Camera::new(Model::Pinhole(model), 64 * n, 48 * n).unwrap()
+        Camera::pinhole_with_skew(
+            40.0 * s,
+            43.0 * s,
+            31.0 * s,
+            25.0 * s,
+            15.0 * s,
+            64 * n,
+            48 * n,
+        )
+        .unwrap()
     });
 }
 
@@ -150,4 +157,82 @@ fn operators_on_a_sphere_of_odd_width_converge_likewise() {
     check("360 odd", &WITH_POLES, anywhere, |n| {
         Camera::equirectangular(64 * n + 1, 32 * n).unwrap()
     });
+}
+
+#[test]
+fn operators_on_the_fov_fish_eye_are_second_order_up_to_the_border() {
+    // 127 degrees from corner to corner.
+    check("fov", &SECOND, anywhere, |n| {
+        let s = n as f64;
+        Camera::fov(36.0 * s, 36.0 * s, 31.0 * s, 25.0 * s, 0.9, 64 * n, 48 * n).unwrap()
+    });
+}
+
+#[test]
+fn operators_on_the_double_sphere_are_second_order_up_to_the_border() {
+    check("double", &SECOND, anywhere, |n| {
+        let s = n as f64;
+        Camera::double_sphere(
+            30.0 * s,
+            31.0 * s,
+            31.0 * s,
+            25.0 * s,
+            [-0.2, 0.6],
+            64 * n,
+            48 * n,
+        )
+        .unwrap()
+    });
+}
+
+/// A fish-eye whose circle, 180 degrees across, lies within the image.
+fn circle(n: usize) -> Camera {
+    let s = n as f64;
+    Camera::fov(18.0 * s, 18.0 * s, 31.2 * s, 31.8 * s, 0.9, 64 * n, 64 * n).unwrap()
+}
+
+fn away_from_the_rim(ray: &Vector3<f64>) -> bool {
+    ray.z > 1.3_f64.cos()
+}
+
+#[test]
+fn operators_inside_the_circle_of_a_fish_eye_are_second_order() {
+    check("circle", &SECOND, away_from_the_rim, circle);
+}
+/// On the ragged rim a row may end where the next one goes on. The Laplacian's slope along an edge
+/// is then one-sided on one side of a pixel and central on the other, of different errors: h in
+/// the rim pixels, which are a share h of all, hence h^1.5 in the mean. (Measured: 0.86 and 1.44,
+/// growing to 0.94 and 1.47 on the next doubling.)
+const WITH_RIM: Orders = Orders {
+    l2: [1.9, 1.9, 1.4],
+    max: [1.9, 1.9, 0.8],
+};
+
+#[test]
+fn operators_in_the_rim_of_a_fish_eye_lose_an_order_in_the_laplacian_only() {
+    check("rim", &WITH_RIM, anywhere, circle);
+}
+
+#[test]
+fn pixels_outside_the_circle_of_a_fish_eye_are_unknown_everywhere() {
+    let grid = SphereGrid::new(&circle(1)).unwrap();
+    let field: Vec<f64> = grid.rays().iter().map(|ray| ray.x).collect();
+    let (gradient, laplacian) = (
+        grid.gradient(&field).unwrap(),
+        grid.laplacian(&field).unwrap(),
+    );
+    assert!(!grid.is_valid(0, 0) && grid.is_valid(31, 31));
+    for y in 0..64 {
+        for x in 0..64 {
+            let i = y * 64 + x;
+            let known = grid.is_valid(x, y);
+            let finite = |v: Vector3<f64>| v.iter().all(|v| v.is_finite());
+            assert_eq!(finite(grid.ray(x, y)), known);
+            assert_eq!(finite(gradient[i]), known);
+            assert_eq!(laplacian[i].is_finite(), known);
+        }
+    }
+    // A half sphere but for the pixels cut by its rim: 100 pixels of 2 degrees at most.
+    let sum: f64 = grid.solid_angle().iter().filter(|a| a.is_finite()).sum();
+    assert!((2.0 * std::f64::consts::PI - sum) / sum < 0.1 && sum < 2.0 * std::f64::consts::PI);
 }

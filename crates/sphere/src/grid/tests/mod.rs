@@ -4,3 +4,4 @@ mod balance;
 mod convergence;
 mod fields;
 mod geometry;
+mod pinhole;

@@ -1,0 +1,66 @@
+"""``sphereflow demo``: simulate a walk through a room and track it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sphereflow.cli.console import progress_bar, user_errors
+from sphereflow.cli.outcome import finish
+from sphereflow.pipeline import run as run_pipeline
+
+EXAMPLES = """[bold]Examples[/bold]
+
+  sphereflow demo --out demo
+
+  sphereflow demo --out demo --rrd demo/demo.rrd --overwrite"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the verb to the command."""
+    app.command(epilog=EXAMPLES)(demo)
+
+
+@user_errors("choose another folder with --out, or replace an earlier result with --overwrite")
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for the result.")],
+    seed: Annotated[int, typer.Option(help="Seed of all noise: same seed, same result.")] = 0,
+    rrd: Annotated[
+        Path | None, typer.Option(help="Also record for the rerun viewer in this file.")
+    ] = None,
+    max_frames: Annotated[int | None, typer.Option(help="Stop after so many frames.")] = None,
+    pictures: Annotated[bool, typer.Option(help="Draw pictures of the result.")] = True,
+    keep_recording: Annotated[
+        bool, typer.Option("--keep-recording", help="Also write the simulated recording to OUT.")
+    ] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an earlier result in the folder.")
+    ] = False,
+    min_coverage: Annotated[
+        float, typer.Option(help="Share of frames that must have a pose for exit status 0.")
+    ] = 0.9,
+) -> None:
+    """Simulate a depth camera in a room, track it, and compare with the exact truth.
+
+    Needs no data and no device. Writes what [bold]run[/bold] writes, and prints the error against
+    the simulated motion.
+    """
+    from sphereflow import sim
+
+    recording = sim.demo(seed=seed)
+    with progress_bar("tracking") as progress:
+        result = run_pipeline(
+            recording,
+            out,
+            rrd=rrd,
+            max_frames=max_frames,
+            pictures=pictures,
+            overwrite=overwrite,
+            min_coverage=min_coverage,
+            progress=progress,
+        )
+    if keep_recording:
+        recording.write(result.folder / "recording")
+    finish(result, min_coverage)

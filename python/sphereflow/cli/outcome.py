@@ -1,0 +1,43 @@
+"""What a run came to, on the terminal, and its exit status."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sphereflow.cli.console import FAILED, print_rows, stop
+from sphereflow.pipeline import RunResult
+
+
+def finish(result: RunResult, min_coverage: float) -> None:
+    """Print the summary of a run; exit with status 1 where coverage is too low."""
+    report = result.report
+    outcomes = report["outcomes"]
+    counts = ", ".join(f"{o['frames']} {name}" for name, o in outcomes.items() if o["frames"])
+    rate = report["frames_per_s"]
+    rows = [
+        ("input", f"{report['input']['kind']}, {report['frames']} frames"),
+        ("frames", counts or "none"),
+        ("coverage", f"{100 * result.coverage:.1f} % of the frames have a pose"),
+        ("path length", f"{report['path_length_m']:.3f} m"),
+        ("map", f"{report['map_points']} points"),
+        ("speed", "unknown" if rate is None else f"{rate:.1f} frames/s"),
+    ]
+    rows += [(name, _error(error)) for name, error in report["truth"].items()]
+    rows += [("warning", text) for text in report["warnings"]["texts"]]
+    rows.append(("result", str(result.folder)))
+    print_rows(rows)
+    if not result.covered:
+        lost = [r["first"] for o in outcomes.values() for r in o["reasons"]]
+        why = f"; first reason: {lost[0]}" if lost else ""
+        raise stop(
+            f"coverage {result.coverage:.3f} is below {min_coverage:g}{why}",
+            f"look at {result.folder / 'report.json'}, or lower --min-coverage",
+            FAILED,
+        )
+
+
+def _error(error: Any) -> str:
+    if isinstance(error, str):
+        return f"none: {error}"
+    value, unit = error["statistics"]["rmse"], error["unit"]
+    return f"rmse {value:.6f} {unit} over {error['pairs']} ({error['description']})"

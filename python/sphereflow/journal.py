@@ -1,0 +1,132 @@
+"""What became of every frame of a run, and the arrays made of it."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import sphereflow
+from sphereflow.eval.rotations import quat_xyzw_from_matrix
+from sphereflow.interfaces import MotionLike
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+
+NO_DEPTH = "the frame has no depth image"
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One frame: velocities are of the camera, in its own frame, m/s and rad/s; NaN if unknown."""
+
+    stamp_ns: int
+    status: str
+    reason: str | None
+    world_from_camera: Array | None
+    linear_m_s: Array
+    angular_rad_s: Array
+    score: float
+
+
+@dataclass(slots=True)
+class Journal:
+    """The frames of a run in their order."""
+
+    entries: list[Entry] = field(default_factory=list)
+    with_depth: int = 0
+    timings_ms: Counter[str] = field(default_factory=Counter)
+
+    def motion(self, stamp_ns: int, motion: MotionLike) -> None:
+        """Note what the odometry said; a pose that it only predicted is not kept."""
+        self.with_depth += 1
+        pose = np.array(motion.world_from_camera, dtype=np.float64) if motion.has_pose else None
+        # A velocity is a measurement only where the motion was measured.
+        measured = motion.status in ("tracked", "weak")
+        unknown = np.full(3, np.nan)
+        self.entries.append(
+            Entry(
+                stamp_ns=int(stamp_ns),
+                status=motion.status,
+                reason=motion.reason,
+                world_from_camera=pose,
+                linear_m_s=np.array(motion.linear_m_s, dtype=float) if measured else unknown,
+                angular_rad_s=np.array(motion.angular_rad_s, dtype=float) if measured else unknown,
+                score=float(motion.score) if measured else float("nan"),
+            )
+        )
+        self.timings_ms.update({name: float(ms) for name, ms in motion.timings_ms.items()})
+
+    def failure(self, stamp_ns: int, status: str, reason: str) -> None:
+        """Note a frame that never reached the odometry."""
+        unknown = np.full(3, np.nan)
+        self.entries.append(
+            Entry(int(stamp_ns), status, reason, None, unknown, unknown, float("nan"))
+        )
+
+    @property
+    def stamp_ns(self) -> Stamps:
+        """Times of all frames, (N,)."""
+        return np.array([entry.stamp_ns for entry in self.entries], dtype=np.int64)
+
+    @property
+    def has_pose(self) -> NDArray[np.bool_]:
+        """Which frames have a pose, (N,)."""
+        return np.array([e.world_from_camera is not None for e in self.entries], dtype=bool)
+
+    @property
+    def velocities(self) -> tuple[Array, Array]:
+        """Linear (m/s) and angular (rad/s) velocities of all frames, (N, 3) each."""
+        linear = [entry.linear_m_s for entry in self.entries]
+        angular = [entry.angular_rad_s for entry in self.entries]
+        return np.reshape(linear, (-1, 3)), np.reshape(angular, (-1, 3))
+
+    @property
+    def scores(self) -> Array:
+        """How well determined each motion is, (N,): 1 the best, 0 not at all."""
+        return np.array([entry.score for entry in self.entries], dtype=np.float64)
+
+    @property
+    def statuses(self) -> list[str]:
+        """Status of every frame."""
+        return [entry.status for entry in self.entries]
+
+    @property
+    def coverage(self) -> float:
+        """Share of the frames that have a pose; frames skipped on purpose are not asked for one."""
+        asked = sum(entry.status != "skipped" for entry in self.entries)
+        return float(self.has_pose.sum()) / asked if asked else 0.0
+
+    def trajectory(self) -> sphereflow.Trajectory | None:
+        """Poses of the frames that have one, or None where none has."""
+        kept = [(e.stamp_ns, e.world_from_camera) for e in self.entries]
+        posed = [(stamp, pose) for stamp, pose in kept if pose is not None]
+        if not posed:
+            return None
+        matrices = np.array([pose for _, pose in posed])
+        quats = np.array([quat_xyzw_from_matrix(pose[:3, :3]) for pose in matrices])
+        stamps = np.array([stamp for stamp, _ in posed], dtype=np.int64)
+        return sphereflow.Trajectory(stamps, matrices[:, :3, 3].copy(), quats)
+
+    def outcomes(self) -> dict[str, Any]:
+        """Frames by status, with the reasons: how often each, and its first full text."""
+        outcomes: dict[str, Any] = {}
+        for status in ("started", "tracked", "weak", "lost", "skipped", "unreadable"):
+            entries = [entry for entry in self.entries if entry.status == status]
+            reasons: dict[str, dict[str, Any]] = {}
+            for entry in entries:
+                if entry.reason is None:
+                    continue
+                # "3 domains" and "5 domains" are one reason: the numbers are left out of the key.
+                reason = reasons.setdefault(
+                    NUMBER.sub("#", entry.reason),
+                    {"frames": 0, "first": entry.reason, "first_stamp_ns": entry.stamp_ns},
+                )
+                reason["frames"] += 1
+            outcomes[status] = {"frames": len(entries), "reasons": list(reasons.values())}
+        return outcomes

@@ -1,0 +1,173 @@
+"""The content of ``report.json``: what was read, what became of it, how long it took."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+import resource
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import sphereflow
+from sphereflow.eval.result import PoseError
+from sphereflow.interfaces import RecordingLike
+from sphereflow.journal import Journal
+
+SCHEMA = 1
+"""Version of the report's layout; a key is never given another meaning under the same number."""
+
+GAP_FACTOR = 1.5
+"""An interval longer than this many median intervals is a gap: one missing frame makes it 2."""
+
+Stamps = NDArray[np.int64]
+
+
+def timing_of_stamps(stamp_ns: Stamps) -> dict[str, Any]:
+    """Duration, rate and gaps of a stream of increasing stamps, as plain values."""
+    steps = np.diff(np.asarray(stamp_ns, dtype=np.int64)).astype(np.float64)
+    positive = steps[steps > 0]
+    if len(positive) == 0:
+        return {"samples": len(stamp_ns), "duration_s": 0.0, "rate_hz": None, "gaps": None}
+    median = float(np.median(positive))
+    gaps = steps[steps > GAP_FACTOR * median]
+    return {
+        "samples": len(stamp_ns),
+        "duration_s": float(stamp_ns[-1] - stamp_ns[0]) / 1e9,
+        "rate_hz": 1e9 / median,
+        "jitter_s": float(np.std(positive)) / 1e9,
+        "not_increasing": int((steps <= 0).sum()),
+        "gaps": {"count": len(gaps), "longest_s": float(gaps.max()) / 1e9 if len(gaps) else 0.0},
+    }
+
+
+def sync_of(recording: RecordingLike) -> dict[str, Any] | None:
+    """Time between colour and depth of a frame, where the reader tells it (``sync_error_ns``)."""
+    errors = getattr(recording, "sync_error_ns", None)
+    if errors is None or len(errors) == 0:
+        return None
+    sizes = np.abs(np.asarray(errors, dtype=np.float64)) / 1e9
+    return {"median_s": float(np.median(sizes)), "longest_s": float(sizes.max())}
+
+
+def streams_of(recording: RecordingLike) -> dict[str, Any]:
+    """Timing of each inertial stream that has stamps of its own."""
+    imu = recording.imu or {}
+    stamps = imu.get("stamp_ns") if isinstance(imu, Mapping) else None
+    return {} if stamps is None or len(stamps) == 0 else {"imu": timing_of_stamps(stamps)}
+
+
+def calibration_of(recording: RecordingLike) -> dict[str, Any]:
+    """The calibration used and where it is from."""
+    camera = recording.camera
+    return {
+        "source": str(recording.calibration_source),
+        "model": str(camera.model),
+        "width": int(camera.width),
+        "height": int(camera.height),
+        "parameters": {name: float(value) for name, value in dict(camera.parameters).items()},
+        "depth_scale_counts_per_m": float(recording.depth_scale),
+        "colour_registered": bool(recording.colour_registered),
+    }
+
+
+def path_length_m(position_m: NDArray[np.float64]) -> float:
+    """Length of the line through the positions (N, 3)."""
+    return float(np.linalg.norm(np.diff(position_m, axis=0), axis=1).sum())
+
+
+def peak_memory_bytes() -> int:
+    """Most memory this process has held so far."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return int(peak if sys.platform == "darwin" else 1024 * peak)
+
+
+def build_report(
+    *,
+    source: str,
+    recording: RecordingLike,
+    method: str,
+    journal: Journal,
+    seconds: Mapping[str, float],
+    errors: Mapping[str, PoseError | str],
+    voxels: int | None,
+    warnings: list[str],
+    min_coverage: float,
+) -> dict[str, Any]:
+    """The whole report as plain values; ``errors`` has results, or why there is none."""
+    trajectory = journal.trajectory()
+    frames = len(journal.entries)
+    busy_s = sum(seconds.get(stage, 0.0) for stage in ("decode", "odometry", "map"))
+    return {
+        "schema": SCHEMA,
+        "versions": versions(),
+        "input": {"source": source, "kind": recording.kind, "frames_available": len(recording)},
+        "method": method,
+        "frames": frames,
+        "frames_with_depth": journal.with_depth,
+        "frames_with_pose": int(journal.has_pose.sum()),
+        "outcomes": journal.outcomes(),
+        "coverage": journal.coverage,
+        "coverage_meaning": "frames with a pose / frames not skipped on purpose",
+        "min_coverage": min_coverage,
+        "covered": bool(frames and journal.coverage >= min_coverage),
+        "timing": timing_of_stamps(journal.stamp_ns),
+        "streams": streams_of(recording),
+        "sync": sync_of(recording),
+        "path_length_m": 0.0 if trajectory is None else path_length_m(trajectory.position_m),
+        "map_points": voxels,
+        "calibration": calibration_of(recording),
+        "warnings": {"count": len(warnings), "texts": warnings},
+        "seconds": {name: float(value) for name, value in seconds.items()},
+        "odometry_ms_per_frame": {
+            name: total / max(journal.with_depth, 1) for name, total in journal.timings_ms.items()
+        },
+        "frames_per_s": frames / busy_s if busy_s > 0.0 else None,
+        "peak_memory_bytes": peak_memory_bytes(),
+        "truth": {
+            name: error if isinstance(error, str) else error.summary()
+            for name, error in errors.items()
+        },
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that can change a number."""
+    return {
+        "sphereflow": str(getattr(sphereflow, "__version__", "unknown")),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "machine": platform.machine(),
+    }
+
+
+def write_report(path: str | Path, report: Mapping[str, Any]) -> None:
+    """Write as JSON beside ``path``, then rename; numbers that are not finite become null."""
+    path = Path(path)
+    text = json.dumps(_finite(report), indent=2, allow_nan=False, ensure_ascii=False)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(text + "\n")
+        Path(name).chmod(0o644)
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _finite(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

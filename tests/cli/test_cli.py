@@ -1,0 +1,222 @@
+"""The command: help that teaches, errors in one line, exit statuses, figures."""
+
+from __future__ import annotations
+
+import json
+
+import fakes
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import sphereflow
+from sphereflow.cli import app
+
+VERBS = ("run", "demo", "sim", "info", "ape", "rpe", "traj", "view")
+runner = CliRunner()
+
+
+def invoke(*arguments):
+    return runner.invoke(app, [str(argument) for argument in arguments])
+
+
+def assert_user_error(result, status, text):
+    assert result.exit_code == status, result.output
+    assert text in result.stderr
+    assert "Traceback" not in result.output + result.stderr
+    assert result.stderr.count("error: ") == 1
+
+
+@pytest.fixture
+def pair(tmp_path):
+    truth, estimate = tmp_path / "truth.tum", tmp_path / "estimate.tum"
+    trajectory = fakes.trajectory(60)
+    trajectory.write(truth, format="tum")
+    moved = np.asarray(trajectory.position_m) * 1.25 + [1.0, 2.0, 3.0]
+    sphereflow.Trajectory(trajectory.stamp_ns, moved, trajectory.quat_xyzw).write(
+        estimate, format="tum"
+    )
+    return truth, estimate
+
+
+def test_help_without_a_verb_lists_every_verb():
+    output = invoke("--help").output
+    assert all(verb in output for verb in VERBS)
+    assert "sphereflow demo --out demo" in output
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_help_of_each_verb_has_examples(verb):
+    result = invoke(verb, "--help")
+    assert result.exit_code == 0
+    assert "Examples" in result.output
+    assert f"sphereflow {verb} " in result.output
+
+
+def test_unknown_verb_is_a_usage_error():
+    assert invoke("fly").exit_code == 2
+
+
+def test_ape_with_alignment_prints_the_table(pair):
+    result = invoke("ape", *pair, "-as")
+    assert result.exit_code == 0, result.stderr
+    lines = dict(line.split()[:2] for line in result.output.splitlines()[1:] if line.count("  "))
+    assert lines["rmse"] == "0.000000"
+    assert lines["scale"] == "0.8"
+    assert "matched poses  60" in result.output
+
+
+def test_ape_json_has_the_statistics_and_the_transformation(pair):
+    values = json.loads(invoke("ape", *pair, "--align", "--json").output)
+    assert values["align"] == "se3"
+    assert values["pairs"] == 60
+    assert set(values["statistics"]) == {"rmse", "mean", "median", "std", "min", "max", "sse"}
+    assert np.shape(values["reference_from_estimate"]) == (4, 4)
+
+
+def test_ape_plot_writes_a_picture(pair, tmp_path):
+    assert invoke("ape", *pair, "-a", "--plot", tmp_path / "error.png").exit_code == 0
+    assert (tmp_path / "error.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize("spelling", [("--t_max_diff",), ("--t-max-diff",)])
+def test_options_are_read_with_underscores_and_with_dashes(pair, spelling):
+    assert invoke("ape", *pair, "-a", *spelling, 0.02).exit_code == 0
+
+
+def test_rpe_takes_the_options_of_evo(pair):
+    result = invoke("rpe", *pair, "-d", 5, "-u", "f", "-r", "angle_deg", "--all_pairs", "-as")
+    assert result.exit_code == 0, result.stderr
+    assert "rotation_deg, over 5 frames, all pairs, align sim3 (deg)" in result.output
+    assert "pairs   55" in result.output
+
+
+def test_ape_of_a_missing_file_is_one_line_and_a_next_step(pair, tmp_path):
+    result = invoke("ape", pair[0], tmp_path / "nothing.tum")
+    assert_user_error(result, 1, "nothing.tum")
+    assert "next: " in result.stderr
+
+
+def test_ape_without_overlap_is_one_line_with_both_spans(pair, tmp_path):
+    later = tmp_path / "later.tum"
+    trajectory = fakes.trajectory(20)
+    sphereflow.Trajectory(
+        trajectory.stamp_ns + 10**12, trajectory.position_m, trajectory.quat_xyzw
+    ).write(later, format="tum")
+    result = invoke("ape", pair[0], later)
+    assert_user_error(result, 1, "1700001000.123456789 to")
+
+
+def test_rpe_with_an_impossible_step_exits_2(pair):
+    assert_user_error(invoke("rpe", *pair, "-d", 0), 2, "delta must be above 0")
+
+
+def test_align_and_align_origin_together_exit_2(pair):
+    result = invoke("ape", *pair, "-a", "--align_origin")
+    assert result.exit_code == 2
+    assert "cannot be used" in result.stderr
+
+
+def test_traj_prints_what_a_file_holds(pair):
+    result = invoke("traj", pair[0])
+    assert result.exit_code == 0, result.stderr
+    assert "60" in result.output
+    assert "30.00 Hz" in result.output
+
+
+def test_traj_converts_one_file_but_not_two(pair, tmp_path):
+    copy = tmp_path / "copy.tum"
+    assert invoke("traj", pair[0], "--save_as_tum", copy).exit_code == 0
+    assert np.array_equal(sphereflow.Trajectory.read(copy, format="tum").stamp_ns, fakes.stamps(60))
+    assert invoke("traj", *pair, "--save_as_tum", copy).exit_code == 2
+
+
+def test_traj_plot_draws_all_files(pair, tmp_path):
+    assert invoke("traj", *pair, "--plot", tmp_path / "both.png").exit_code == 0
+    assert (tmp_path / "both.png").stat().st_size > 10_000
+
+
+@pytest.fixture
+def recording(monkeypatch, known_answers):
+    import sphereflow.io
+    import sphereflow.sim
+
+    made = fakes.FakeRecording(40)
+    monkeypatch.setattr(sphereflow.io, "open_recording", lambda path, **options: made)
+    monkeypatch.setattr(sphereflow.sim, "demo", lambda **options: made)
+    return made
+
+
+@pytest.mark.usefixtures("recording")
+def test_run_prints_a_summary_and_exits_0(tmp_path):
+    result = invoke("run", "data", "--out", tmp_path / "out", "--no-pictures")
+    assert result.exit_code == 0, result.stderr
+    assert "100.0 % of the frames have a pose" in result.output
+    assert (tmp_path / "out" / "report.json").is_file()
+
+
+def test_run_with_low_coverage_writes_all_and_exits_1(tmp_path, recording, known_answers):
+    known_answers.lost = tuple(range(20, 40))
+    result = invoke("run", "data", "--out", tmp_path / "out", "--no-pictures")
+    assert_user_error(result, 1, "coverage 0.500 is below 0.9; first reason: 20 usable domains")
+    assert (tmp_path / "out" / "trajectory.tum").is_file()
+    again = ("run", "data", "--out", tmp_path / "out", "--no-pictures", "--overwrite")
+    assert invoke(*again, "--min-coverage", 0.5).exit_code == 0
+
+
+@pytest.mark.usefixtures("recording")
+def test_run_into_a_full_folder_is_one_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    assert_user_error(invoke("run", "data", "--out", tmp_path), 1, "is not empty")
+
+
+@pytest.mark.usefixtures("recording")
+def test_demo_tracks_and_prints_the_error_against_the_truth(tmp_path):
+    result = invoke("demo", "--out", tmp_path / "out", "--no-pictures")
+    assert result.exit_code == 0, result.stderr
+    assert "rmse 0.000000 m over 40" in result.output
+
+
+@pytest.mark.usefixtures("recording")
+def test_info_prints_streams_calibration_and_depth():
+    result = invoke("info", "data")
+    assert result.exit_code == 0, result.stderr
+    for text in ("30.00 Hz, no gaps", "pinhole 32x24", "5000 counts per metre", "% known"):
+        assert text in result.output
+    assert json.loads(invoke("info", "data", "--json").output)["truth_poses"] == 40
+
+
+def test_info_of_a_wrong_depth_scale_says_which_would_fit(recording):
+    recording.depth_factor, recording.depth_scale = 1000.0, 1.0
+    output = " ".join(invoke("info", "data").output.split())
+    assert "is the depth scale 1 right? 1000 (Kinect, RealSense, 7-Scenes) would make it" in output
+
+
+def test_view_of_nothing_is_one_line(tmp_path):
+    pytest.importorskip("rerun")
+    assert_user_error(invoke("view", tmp_path / "nothing"), 1, "no such file")
+
+
+@pytest.mark.usefixtures("recording")
+def test_view_of_a_result_and_of_data_writes_files_that_open(tmp_path):
+    pytest.importorskip("rerun")
+    from sphereflow.viz import rows_by_entity
+
+    assert invoke("run", "data", "--out", tmp_path / "out", "--no-pictures").exit_code == 0
+    assert invoke("view", tmp_path / "out", "--save", tmp_path / "out.rrd").exit_code == 0
+    assert rows_by_entity(tmp_path / "out.rrd")["/world/path"] == 1
+    (tmp_path / "data").mkdir()
+    assert invoke("view", tmp_path / "data", "--save", tmp_path / "data.rrd").exit_code == 0
+    assert rows_by_entity(tmp_path / "data.rrd")["/world/camera/depth"] == 14
+
+
+def test_view_without_rerun_says_how_to_install_it(tmp_path, monkeypatch):
+    import importlib
+
+    def without(name, *rest):
+        raise ImportError(name)
+
+    monkeypatch.setattr(importlib, "import_module", without)
+    (tmp_path / "a.rrd").write_bytes(b"")
+    result = invoke("view", tmp_path / "a.rrd")
+    assert_user_error(result, 1, 'pip install "sphereflow[viz]"')
