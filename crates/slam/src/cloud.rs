@@ -250,8 +250,8 @@ impl Voxel {
         }
         if let Some(rgb) = rgb {
             self.colour_count += 1;
-            for k in 0..3 {
-                self.colour_sum[k] += u32::from(rgb[k]);
+            for (sum, value) in self.colour_sum.iter_mut().zip(rgb) {
+                *sum += u32::from(value);
             }
         }
         true
