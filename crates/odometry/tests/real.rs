@@ -2,6 +2,7 @@
 //!
 //! They run where `SPHEREFLOW_DATA` names the folder of the recordings, and print their figures:
 //! `cargo test -p sphereflow-odometry --release --test real -- --nocapture --test-threads 1`.
+#![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use sphereflow_core::{Pose, Stamp, TrackStatus};
