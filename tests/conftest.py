@@ -1,6 +1,4 @@
-"""What every test may use: the package (or its stand-in) and the folder of recordings."""
-
-from __future__ import annotations
+"""Shared fixtures: the folder of real recordings, where the environment names one."""
 
 import os
 import sys
@@ -8,20 +6,7 @@ from pathlib import Path
 
 import pytest
 
-HERE = Path(__file__).parent
-for folder in (HERE, HERE.parent / "tools"):
-    if str(folder) not in sys.path:
-        sys.path.insert(0, str(folder))
-
-try:
-    import sphereflow
-except ModuleNotFoundError:  # not installed: the source tree
-    sys.path.insert(0, str(HERE.parent / "python"))
-    import sphereflow
-
-import stand_in  # noqa: E402 - found by the path above
-
-stand_in.install(sphereflow)
+sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 
 
 @pytest.fixture(scope="session")
@@ -30,20 +15,7 @@ def recordings() -> Path:
     folder = os.environ.get("SPHEREFLOW_DATA")
     if not folder:
         pytest.skip("SPHEREFLOW_DATA is not set: no recorded data to test on")
-    return Path(folder)
-
-
-@pytest.fixture
-def known_answers(monkeypatch: pytest.MonkeyPatch):
-    """The pipeline around an odometry and a map that know the answer; returns the odometry."""
-    import fakes
-
-    import sphereflow.odometry
-    import sphereflow.slam
-
-    class Odometry(fakes.FakeOdometry):
-        pass
-
-    monkeypatch.setattr(sphereflow.odometry, "DepthOdometry", Odometry)
-    monkeypatch.setattr(sphereflow.slam, "VoxelCloud", fakes.FakeCloud)
-    return Odometry
+    path = Path(folder)
+    if not path.is_dir():
+        pytest.fail(f"SPHEREFLOW_DATA={folder} is not a folder")
+    return path

@@ -53,7 +53,7 @@ impl Pose {
         let [x, y, z, w] = quat_xyzw;
         let quaternion = Quaternion::new(w, x, y, z);
         let norm = quaternion.norm();
-        if !((norm - 1.0).abs() < 0.01) {
+        if norm.is_nan() || (norm - 1.0).abs() >= 0.01 {
             return Err(Error::value(
                 "quat_xyzw",
                 "a quaternion of norm 1",

@@ -1,1 +1,18 @@
 //! Files: data sets, trajectories, calibration, images and point clouds. No devices.
+
+mod beside;
+pub mod calibration;
+mod error;
+pub mod images;
+pub mod ply;
+pub mod recording;
+mod rows;
+pub mod trajectory;
+mod warnings;
+mod writer;
+
+pub use calibration::{Calibration, ImuNoise};
+pub use error::{Error, Result};
+pub use recording::{OpenOptions, Recording, RecordingKind, open_recording};
+pub use warnings::{Warning, Warnings};
+pub use writer::{ColourFormat, RecordingWriter};

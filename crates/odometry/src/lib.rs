@@ -1,1 +1,31 @@
 //! Velocity and trajectory of a camera from its depth images: the geometric flow of Chapter 6.
+//!
+//! [`estimate_velocity`] measures the velocity between two depth images, [`VelocityEstimator`] does
+//! so again and again without allocating, and [`DepthOdometry`] chains the measurements into a
+//! trajectory. All of them work on the sphere of rays, so any central camera will do. Twists are
+//! `[omega, v]` in the camera's own frame (x right, y down, z forward).
+
+mod binning;
+mod config;
+mod depth_image;
+mod error;
+mod estimate;
+mod motion;
+mod observability;
+mod odometry;
+mod robust;
+mod sphere_table;
+mod tiling;
+mod warp;
+mod weak_form;
+
+pub use config::{Config, CovarianceModel, Method};
+pub use depth_image::DepthImage;
+pub use error::Error;
+pub use estimate::{VelocityEstimate, VelocityEstimator, estimate_velocity};
+pub use motion::{pose_from_twist, twist_from_pose};
+pub use observability::WeakDirection;
+pub use odometry::{DepthOdometry, OdometryResult, Timings};
+
+/// Result of the crate's fallible calls.
+pub type Result<T> = std::result::Result<T, Error>;

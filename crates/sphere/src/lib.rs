@@ -5,5 +5,16 @@
 //! samples them and brings the calculus of the sphere.
 
 pub mod camera;
+mod grid;
+pub mod lie;
+pub mod pyramid;
+mod range;
+pub mod sampling;
+mod warp;
 
 pub use camera::Camera;
+pub use grid::{Border, Edge, SphereGrid, laplacian_discrepancy};
+pub use pyramid::Pyramid;
+pub use range::{depth_from_range, range_from_depth};
+pub use sampling::Sampler;
+pub use warp::Warp;

@@ -86,4 +86,11 @@ impl Projection for Equirectangular {
             fy: self.fy / factor,
         }
     }
+    fn shifted(&self, _x0: f64, _y0: f64) -> Option<Self> {
+        None // a part of the sphere is not the whole sphere
+    }
+
+    fn named(&self) -> Vec<(&'static str, f64)> {
+        Vec::new() // the size of the image says it all
+    }
 }

@@ -1,10 +1,34 @@
 //! Camera models behind one interface: pixels to unit rays and back.
 
+mod constructors;
+mod double_sphere;
 mod equirectangular;
+mod focal;
+mod fov;
+mod inverse_polynomial;
+mod kannala_brandt;
+mod lens;
+mod model;
+mod named;
+mod opencv;
 mod pinhole;
+mod radial;
+#[cfg(test)]
+mod tests;
+mod unified;
 
+pub use double_sphere::DoubleSphere;
 pub use equirectangular::Equirectangular;
+pub use focal::Focal;
+pub use fov::Fov;
+pub use inverse_polynomial::InversePolynomial;
+pub use kannala_brandt::KannalaBrandt;
+pub use lens::{Bend, Lens};
+pub use model::Model;
+pub use named::MODEL_NAMES;
+pub use opencv::Opencv;
 pub use pinhole::Pinhole;
+pub use unified::Unified;
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 use sphereflow_core::{Error, Result};
@@ -27,25 +51,15 @@ pub trait Projection {
     fn rescaled(&self, factor: f64) -> Self
     where
         Self: Sized;
-}
 
-/// The models. Their parameters are named as in the calibration file.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Model {
-    /// Perspective with skew (1.4).
-    Pinhole(Pinhole),
-    /// Longitude and latitude of the whole sphere.
-    Equirectangular(Equirectangular),
-}
+    /// The camera of a part of the image, whose first pixel is the pixel (`x0`, `y0`) here; `None`
+    /// where a part of the image is not of this model.
+    fn shifted(&self, x0: f64, y0: f64) -> Option<Self>
+    where
+        Self: Sized;
 
-/// Calls a [`Projection`] method on whichever model is there.
-macro_rules! on_model {
-    ($model:expr, $m:ident => $call:expr) => {
-        match $model {
-            Model::Pinhole($m) => $call,
-            Model::Equirectangular($m) => $call,
-        }
-    };
+    /// Names and values of the parameters, as in a calibration file.
+    fn named(&self) -> Vec<(&'static str, f64)>;
 }
 
 /// A camera: a model and the size of its image.
@@ -57,38 +71,6 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A pinhole camera: focal lengths and principal point in pixels.
-    ///
-    /// # Errors
-    /// [`Error::Value`] naming the parameter that is not finite or not positive, or an empty image.
-    pub fn pinhole(
-        fx: f64,
-        fy: f64,
-        cx: f64,
-        cy: f64,
-        width: usize,
-        height: usize,
-    ) -> Result<Self> {
-        Self::new(
-            Model::Pinhole(Pinhole::new(fx, fy, cx, cy, 0.0)?),
-            width,
-            height,
-        )
-    }
-
-    /// The whole sphere in an image of `width` x `height`: 360 degrees of longitude across, 180 of
-    /// latitude down, the middle of the image looking along +z.
-    ///
-    /// # Errors
-    /// [`Error::Value`] for an empty image.
-    pub fn equirectangular(width: usize, height: usize) -> Result<Self> {
-        Self::new(
-            Model::Equirectangular(Equirectangular::new(width, height)?),
-            width,
-            height,
-        )
-    }
-
     /// From a model and an image size.
     ///
     /// # Errors
@@ -126,7 +108,7 @@ impl Camera {
     /// The pixel that sees `point` (camera frame), inside the image or not; `None` where the model
     /// does not see its direction.
     pub fn project(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
-        on_model!(&self.model, m => m.project(point))
+        self.model.project(point)
     }
 
     /// [`Camera::project`] with the derivative of the pixel by the point.
@@ -134,12 +116,12 @@ impl Camera {
         &self,
         point: &Vector3<f64>,
     ) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
-        on_model!(&self.model, m => m.project_with_jacobian(point))
+        self.model.project_with_jacobian(point)
     }
 
     /// The unit ray of `pixel`, inside the image or not; `None` where the model has no ray there.
     pub fn unproject(&self, pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
-        on_model!(&self.model, m => m.unproject(pixel))
+        self.model.unproject(pixel)
     }
 
     /// True within the image: from -0.5 to width - 0.5 and height - 0.5.
@@ -172,9 +154,32 @@ impl Camera {
                 factor,
             ));
         }
-        let model = match &self.model {
-            Model::Pinhole(m) => Model::Pinhole(m.rescaled(factor as f64)),
-            Model::Equirectangular(m) => Model::Equirectangular(m.rescaled(factor as f64)),
+        Self::new(self.model.rescaled(factor as f64), width, height)
+    }
+
+    /// The camera of the part of the image of `width` x `height` pixels whose first pixel is
+    /// (`x0`, `y0`).
+    ///
+    /// # Errors
+    /// [`Error::Value`] where the part is empty or reaches out of the image, or the image is of the
+    /// whole sphere.
+    pub fn cropped(&self, x0: usize, y0: usize, width: usize, height: usize) -> Result<Self> {
+        let ends_within = |start: usize, length: usize, whole: usize| {
+            start.checked_add(length).is_some_and(|end| end <= whole)
+        };
+        if !(ends_within(x0, width, self.width) && ends_within(y0, height, self.height)) {
+            return Err(Error::value(
+                "x0, y0, width, height",
+                format!("a part of {}x{} pixels", self.width, self.height),
+                format!("{width}x{height} from ({x0}, {y0})"),
+            ));
+        }
+        let Some(model) = self.model.shifted(x0 as f64, y0 as f64) else {
+            return Err(Error::value(
+                "camera model",
+                "one whose image can be cropped",
+                self.model_name(),
+            ));
         };
         Self::new(model, width, height)
     }

@@ -46,9 +46,9 @@ impl Pinhole {
 
 impl Projection for Pinhole {
     fn project(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
-        let visible = point.z > 0.0;
         let (a, b) = (point.x / point.z, point.y / point.z);
-        visible.then(|| Vector2::new(self.fx * a + self.skew * b + self.cx, self.fy * b + self.cy))
+        let pixel = Vector2::new(self.fx * a + self.skew * b + self.cx, self.fy * b + self.cy);
+        (point.z > 0.0 && pixel.x.is_finite() && pixel.y.is_finite()).then_some(pixel)
     }
 
     fn project_with_jacobian(
@@ -71,7 +71,7 @@ impl Projection for Pinhole {
     fn unproject(&self, pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let b = (pixel.y - self.cy) / self.fy;
         let a = (pixel.x - self.cx - self.skew * b) / self.fx;
-        Some(Vector3::new(a, b, 1.0).normalize())
+        (a.is_finite() && b.is_finite()).then(|| Vector3::new(a, b, 1.0).normalize())
     }
 
     fn rescaled(&self, factor: f64) -> Self {
@@ -82,5 +82,22 @@ impl Projection for Pinhole {
             cy: binned_coordinate(self.cy, factor),
             skew: self.skew / factor,
         }
+    }
+    fn shifted(&self, x0: f64, y0: f64) -> Option<Self> {
+        Some(Self {
+            cx: self.cx - x0,
+            cy: self.cy - y0,
+            ..*self
+        })
+    }
+
+    fn named(&self) -> Vec<(&'static str, f64)> {
+        vec![
+            ("fx", self.fx),
+            ("fy", self.fy),
+            ("cx", self.cx),
+            ("cy", self.cy),
+            ("skew", self.skew),
+        ]
     }
 }

@@ -1,0 +1,24 @@
+"""Draw every figure of docs/figures: one module an experiment, each with `main(out)`."""
+
+import argparse
+import importlib
+import sys
+from pathlib import Path
+
+EXPERIMENTS = ["figure_2_1"]
+
+
+def main() -> None:
+    """Run the experiments named on the command line, or all."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", default=EXPERIMENTS, help=f"of {EXPERIMENTS}")
+    parser.add_argument("--out", type=Path, default=Path("docs/figures"))
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    sys.path.insert(0, str(Path(__file__).parent))
+    for name in arguments.names:
+        importlib.import_module(name).main(arguments.out)
+
+
+if __name__ == "__main__":
+    main()

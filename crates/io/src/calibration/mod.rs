@@ -1,0 +1,76 @@
+//! Calibration files: one TOML with every parameter by its name, nothing unknown tolerated.
+//!
+//! ```toml
+//! model = "pinhole"
+//! width = 640
+//! height = 480
+//! depth_scale = 5000.0        # counts per metre
+//! readout_s = 0.02            # optional: rolling shutter, first to last row
+//! time_offset_s = 0.005       # optional: imu_time = camera_time + time_offset_s
+//! gravity_in_world_m_s2 = [0.0, 9.81, 0.0]  # optional: of the truth's world, pointing down
+//!
+//! [parameters]
+//! fx = 525.0
+//! fy = 525.0
+//! cx = 319.5
+//! cy = 239.5
+//!
+//! [camera_from_imu]           # optional
+//! translation = [0.0, 0.0, 0.0]
+//! quat_xyzw = [0.0, 0.0, 0.0, 1.0]
+//!
+//! [imu_noise]                 # optional; Kalibr's names and units
+//! gyroscope_noise_density = 1.7e-4      # rad/s/sqrt(Hz)
+//! gyroscope_random_walk = 2.0e-5        # rad/s^2/sqrt(Hz)
+//! accelerometer_noise_density = 2.0e-3  # m/s^2/sqrt(Hz)
+//! accelerometer_random_walk = 3.0e-3    # m/s^3/sqrt(Hz)
+//! ```
+
+mod camera;
+mod document;
+mod published;
+
+pub(crate) use published::{published, ros_default};
+
+use nalgebra::Vector3;
+use sphereflow_core::Pose;
+use std::collections::BTreeMap;
+
+/// Noise of an IMU, in Kalibr's names and units.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImuNoise {
+    /// White noise of the gyro, rad/s/sqrt(Hz).
+    pub gyroscope_noise_density: f64,
+    /// Random walk of the gyro's bias, rad/s^2/sqrt(Hz).
+    pub gyroscope_random_walk: f64,
+    /// White noise of the accelerometer, m/s^2/sqrt(Hz).
+    pub accelerometer_noise_density: f64,
+    /// Random walk of the accelerometer's bias, m/s^3/sqrt(Hz).
+    pub accelerometer_random_walk: f64,
+}
+
+/// What is known of a camera, its depth, and its IMU.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    /// Name of the camera model: `pinhole`, `opencv`, `equirectangular`, ...
+    pub model: String,
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The model's parameters by name.
+    pub parameters: BTreeMap<String, f64>,
+    /// Counts of the depth images per metre.
+    pub depth_scale: f64,
+    /// Rolling shutter: seconds from the first row's exposure to the last row's.
+    pub readout_s: Option<f64>,
+    /// `imu_time = camera_time + time_offset_s`; readers leave IMU stamps as they are.
+    pub time_offset_s: Option<f64>,
+    /// Gravity in the world of the recording's truth, m/s^2, pointing down.
+    pub gravity_in_world_m_s2: Option<Vector3<f64>>,
+    /// Where the IMU sits: `camera_from_imu`.
+    pub camera_from_imu: Option<Pose>,
+    /// Noise of the IMU.
+    pub imu_noise: Option<ImuNoise>,
+}

@@ -1,0 +1,58 @@
+//! Which calibration holds for a recording: the caller's, the folder's, a published one, a default.
+
+use super::{Calibrated, FrameFiles, OpenOptions};
+use crate::images::read_raw_depth;
+use crate::{Calibration, Error, Result};
+use std::path::Path;
+
+/// Name of the calibration in a recording's folder.
+pub(crate) const FILE: &str = "calibration.toml";
+
+/// The caller's calibration, else the folder's file, else `fallback` (with its source in words),
+/// which must be of the images' size.
+pub(super) fn calibrate(
+    folder: &Path,
+    files: &[FrameFiles],
+    options: &OpenOptions,
+    fallback: impl FnOnce() -> Result<(Calibration, String)>,
+) -> Result<Calibrated> {
+    let file = folder.join(FILE);
+    let (mut calibration, mut source) = if let Some(given) = &options.calibration {
+        (given.clone(), "given by the caller".to_string())
+    } else if file.is_file() {
+        (
+            Calibration::read(&file)?,
+            format!("{FILE} of the recording"),
+        )
+    } else {
+        let (calibration, source) = fallback()?;
+        check_fallback_size(folder, files, &calibration)?;
+        (calibration, source)
+    };
+    if let Some(scale) = options.depth_scale {
+        calibration.depth_scale = scale;
+        source.push_str(", depth_scale given by the caller");
+    }
+    Ok(Calibrated {
+        camera: calibration.camera()?,
+        calibration,
+        source,
+    })
+}
+
+/// A calibration that nobody chose for this recording must at least be for images of its size.
+fn check_fallback_size(folder: &Path, files: &[FrameFiles], known: &Calibration) -> Result<()> {
+    let mut sizes = files
+        .iter()
+        .filter_map(|f| read_raw_depth(&f.depth).ok().map(|d| d.size()));
+    match sizes.next() {
+        Some((width, height)) if (width, height) != (known.width, known.height) => {
+            Err(Error::content(
+                folder,
+                format!("a {FILE}: none is known for images of {width}x{height}"),
+                "no such file",
+            ))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,237 @@
+//! Recordings: folders of RGB-D frames, inertial samples and truth, behind one interface.
+//!
+//! [`open_recording`] reads the index, the truth and the inertial samples, and checks them; images
+//! are decoded when asked for ([`Recording::frame`]) or ahead of time ([`Recording::stream`]).
+
+mod calibrate;
+mod euroc;
+mod index;
+mod open;
+mod samples;
+mod scale_check;
+mod seven_scenes;
+mod stream;
+mod sync;
+mod tum;
+
+pub use open::{OpenOptions, open_recording};
+pub(crate) use samples::{imu_table, mag_table};
+pub use stream::FrameStream;
+pub use sync::SyncStatistics;
+
+use crate::images::{depth_from_raw, read_colour, read_raw_depth};
+use crate::{Calibration, Error, Result, Warnings};
+use nalgebra::Vector3;
+use sphereflow_core::{Error as CoreError, ImuSample, MagSample, RgbdFrame, Stamp, Trajectory};
+use sphereflow_sphere::Camera;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What kind of folder a recording is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordingKind {
+    /// TUM RGB-D: `rgb.txt`, `depth.txt`, `groundtruth.txt`, `accelerometer.txt`; also our own
+    /// recordings, which add `imu.csv`, `mag.csv` and `calibration.toml`.
+    TumRgbd,
+    /// 7-Scenes: `frame-NNNNNN.{color,depth,pose}.*`.
+    SevenScenes,
+    /// EuRoC: inertial samples and truth only.
+    EurocImu,
+}
+
+impl fmt::Display for RecordingKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TumRgbd => "TUM RGB-D",
+            Self::SevenScenes => "7-Scenes",
+            Self::EurocImu => "EuRoC (inertial only)",
+        })
+    }
+}
+
+/// Where the images of one frame are.
+#[derive(Clone, Debug)]
+struct FrameFiles {
+    depth: PathBuf,
+    colour: Option<PathBuf>,
+}
+
+/// A camera with the calibration it comes from.
+#[derive(Debug)]
+struct Calibrated {
+    calibration: Calibration,
+    camera: Camera,
+    source: String,
+}
+
+/// What the openers of the kinds put together.
+#[derive(Debug)]
+struct Contents {
+    kind: RecordingKind,
+    path: PathBuf,
+    stamps: Vec<Stamp>,
+    files: Vec<FrameFiles>,
+    calibrated: Option<Calibrated>,
+    colour_registered: bool,
+    truth: Option<Trajectory>,
+    imu: Vec<ImuSample>,
+    mag: Vec<MagSample>,
+    gravity_in_world: Option<Vector3<f64>>,
+    sync: Option<SyncStatistics>,
+    warnings: Warnings,
+    notes: Vec<String>,
+}
+
+/// An opened recording. Cloning shares it.
+#[derive(Clone, Debug)]
+pub struct Recording(Arc<Contents>);
+
+impl Recording {
+    /// What kind of folder it is.
+    pub fn kind(&self) -> RecordingKind {
+        self.0.kind
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.0.path
+    }
+
+    /// Number of frames; 0 for inertial recordings.
+    pub fn len(&self) -> usize {
+        self.0.files.len()
+    }
+
+    /// True without frames.
+    pub fn is_empty(&self) -> bool {
+        self.0.files.is_empty()
+    }
+
+    /// Stamps of the frames, increasing: those of the depth images.
+    pub fn stamps(&self) -> &[Stamp] {
+        &self.0.stamps
+    }
+
+    /// The camera of the depth images; `None` for inertial recordings.
+    pub fn camera(&self) -> Option<&Camera> {
+        self.0.calibrated.as_ref().map(|known| &known.camera)
+    }
+
+    /// The calibration that the camera is of; `None` for inertial recordings.
+    pub fn calibration(&self) -> Option<&Calibration> {
+        self.0.calibrated.as_ref().map(|known| &known.calibration)
+    }
+
+    /// Which calibration that is, and where it comes from.
+    pub fn calibration_source(&self) -> String {
+        match &self.0.calibrated {
+            Some(known) => known.source.clone(),
+            None => "none: the recording has no images".into(),
+        }
+    }
+
+    /// Counts of the depth images per metre; `None` for inertial recordings.
+    pub fn depth_scale(&self) -> Option<f64> {
+        self.calibration()
+            .map(|calibration| calibration.depth_scale)
+    }
+
+    /// True poses. TUM: world from the colour camera's optical frame. 7-Scenes: world from depth
+    /// camera. EuRoC: world from body, the body being the IMU.
+    pub fn truth(&self) -> Option<&Trajectory> {
+        self.0.truth.as_ref()
+    }
+
+    /// All inertial samples, stamps increasing, on the recording's own clock; an accelerometer
+    /// alone has NaN for the gyro.
+    pub fn imu(&self) -> &[ImuSample] {
+        &self.0.imu
+    }
+
+    /// All magnetic samples, stamps increasing.
+    pub fn mag(&self) -> &[MagSample] {
+        &self.0.mag
+    }
+
+    /// True where colour and depth pixels see the same points (7-Scenes: they do not).
+    pub fn colour_registered(&self) -> bool {
+        self.0.colour_registered
+    }
+
+    /// Gravity in the world of the truth, m/s^2, pointing down, where that is known.
+    pub fn gravity_in_world(&self) -> Option<Vector3<f64>> {
+        self.0.gravity_in_world
+    }
+
+    /// How far the stamps of colour and depth are apart; `None` where no frame has colour or the
+    /// recording has no time.
+    pub fn sync(&self) -> Option<&SyncStatistics> {
+        self.0.sync.as_ref()
+    }
+
+    /// What was left out or looks wrong, counted.
+    pub fn warnings(&self) -> &Warnings {
+        &self.0.warnings
+    }
+
+    /// What one should know that is not wrong (nominal stamps, frames of the truth, ...).
+    pub fn notes(&self) -> &[String] {
+        &self.0.notes
+    }
+
+    /// Read frame `index`: decode its images and collect the samples after the previous frame's
+    /// stamp, up to its own (the first frame has all samples up to its stamp).
+    ///
+    /// # Errors
+    /// [`Error::Core`] where `index` is not below [`Recording::len`]; [`Error::Content`] naming
+    /// the image that is corrupt or of another size than the camera's.
+    pub fn frame(&self, index: usize) -> Result<RgbdFrame> {
+        let inside = self.0.files.get(index).zip(self.0.stamps.get(index));
+        let (Some((files, &stamp)), Some(known)) = (inside, &self.0.calibrated) else {
+            let expected = format!("a frame index below {}", self.len());
+            return Err(CoreError::value("index", expected, index).into());
+        };
+        let raw = read_raw_depth(&files.depth)?;
+        let size = (known.camera.width(), known.camera.height());
+        check_size(&files.depth, size, raw.size())?;
+        let colour = files.colour.as_deref().map(read_colour).transpose()?;
+        if let (Some(colour), Some(path)) = (&colour, &files.colour) {
+            check_size(path, size, colour.size())?;
+        }
+        let before = index.checked_sub(1).map(|previous| self.0.stamps[previous]);
+        Ok(RgbdFrame {
+            stamp,
+            colour,
+            depth: Some(depth_from_raw(&raw, known.calibration.depth_scale)?),
+            imu: between(&self.0.imu, |sample| sample.stamp, before, stamp).to_vec(),
+            mag: between(&self.0.mag, |sample| sample.stamp, before, stamp).to_vec(),
+        })
+    }
+}
+
+fn check_size(path: &Path, camera: (usize, usize), image: (usize, usize)) -> Result<()> {
+    if camera == image {
+        return Ok(());
+    }
+    Err(Error::content(
+        path,
+        format!("an image of the camera's {}x{} pixels", camera.0, camera.1),
+        format!("{}x{}", image.0, image.1),
+    ))
+}
+
+/// The samples with `before < stamp <= until`; all up to `until` where there is no `before`.
+fn between<T>(
+    samples: &[T],
+    stamp_of: impl Fn(&T) -> Stamp,
+    before: Option<Stamp>,
+    until: Stamp,
+) -> &[T] {
+    let start = match before {
+        Some(before) => samples.partition_point(|sample| stamp_of(sample) <= before),
+        None => 0,
+    };
+    let end = samples.partition_point(|sample| stamp_of(sample) <= until);
+    samples.get(start..end).unwrap_or(&[])
+}

@@ -1,0 +1,116 @@
+//! Calibration files: round trip of every field, and errors that name the field.
+#![allow(clippy::unwrap_used, clippy::expect_used)] // tests stop where a file is not as it should be
+
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use sphereflow_core::Pose;
+use sphereflow_io::{Calibration, ImuNoise};
+use sphereflow_sphere::Camera;
+use std::path::Path;
+
+const TEXT: &str = "model = \"pinhole\"\nwidth = 640\nheight = 480\ndepth_scale = 5000.0\n\
+    [parameters]\nfx = 525.0\nfy = 525.0\ncx = 319.5\ncy = 239.5\n";
+
+fn error_of(text: &str) -> String {
+    let error = Calibration::from_toml(text, Path::new("calibration.toml")).unwrap_err();
+    error.to_string()
+}
+
+#[test]
+fn calibration_written_then_read_is_the_same() {
+    let camera = Camera::from_named(
+        "opencv",
+        &[
+            ("fx", 517.3),
+            ("fy", 516.5),
+            ("cx", 318.6),
+            ("cy", 255.3),
+            ("k1", 0.26),
+            ("k2", -0.95),
+            ("p1", -0.005),
+            ("p2", 0.0026),
+            ("k3", 1.16),
+        ],
+        640,
+        480,
+    )
+    .unwrap();
+    let mut calibration = Calibration::of_camera(&camera, 5000.0).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("calibration.toml");
+    calibration.write(&path).unwrap();
+    assert_eq!(Calibration::read(&path).unwrap(), calibration);
+
+    calibration.readout_s = Some(0.02);
+    calibration.time_offset_s = Some(-0.1 / 3.0);
+    calibration.gravity_in_world_m_s2 = Some(Vector3::new(0.0, 9.81, 1e-3));
+    let pose = Pose::from_parts([0.1, 0.2, 1.0 / 3.0], [0.1, 0.2, 0.3, 0.927]).unwrap();
+    calibration.camera_from_imu = Some(pose);
+    calibration.imu_noise = Some(ImuNoise {
+        gyroscope_noise_density: 1.7e-4,
+        gyroscope_random_walk: 2e-5,
+        accelerometer_noise_density: 2e-3,
+        accelerometer_random_walk: 3e-3,
+    });
+    calibration.write(&path).unwrap();
+    let back = Calibration::read(&path).unwrap();
+    assert_eq!(back, calibration);
+    assert_eq!(back.camera().unwrap(), camera);
+}
+
+#[test]
+fn every_camera_model_survives_its_calibration() {
+    let equirectangular = Camera::equirectangular(360, 180).unwrap();
+    let calibration = Calibration::of_camera(&equirectangular, 1000.0).unwrap();
+    let text = calibration.to_toml(Path::new("a")).unwrap();
+    let back = Calibration::from_toml(&text, Path::new("a")).unwrap();
+    assert_eq!(back.camera().unwrap(), equirectangular);
+}
+
+#[test]
+fn errors_name_the_field() {
+    Calibration::from_toml(TEXT, Path::new("calibration.toml")).unwrap();
+    for (from, to, parts) in [
+        (
+            "fx = 525.0",
+            "fx = nan",
+            &["parameters.fx", "finite", "NaN"][..],
+        ),
+        ("fx = 525.0", "fx = -525.0", &["fx", "positive", "-525"]),
+        ("fx = 525.0\n", "", &["fx"]),
+        ("cy = 239.5", "cy = 239.5\nk1 = 0.1", &["k1"]),
+        ("pinhole", "pin-hole", &["model", "pin-hole"]),
+        ("5000.0", "0.0", &["depth_scale", "positive"]),
+        ("depth_scale = 5000.0\n", "", &["depth_scale", "missing"]),
+        ("5000.0", "\"x\"", &["`depth_scale`", "line 4"]),
+        ("5000.0", "5000.0\nreadout_s = -1.0", &["readout_s"]),
+        ("5000.0", "5000.0\ntime_offset_s = inf", &["time_offset_s"]),
+        (
+            "5000.0",
+            "5000.0\ndepthscale = 1.0",
+            &["depthscale", "unknown"],
+        ),
+        ("640", "0", &["width"]),
+        (
+            "[parameters]",
+            "[camera_from_imu]\ntranslation = [0.0, 0.0, 0.0]\n\
+            quat_xyzw = [0.0, 0.0, 0.0, 2.0]\n[parameters]",
+            &["camera_from_imu.quat_xyzw", "norm 1"],
+        ),
+        ("model", "= model", &["line 1"]),
+    ] {
+        let error = error_of(&TEXT.replace(from, to));
+        for part in parts.iter().chain(&["calibration.toml"]) {
+            assert!(error.contains(part), "`{part}` missing in: {error}");
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn calibration_of_arbitrary_text_never_panics(
+        text in "(?s)([a-z_]{1,12} ?= ?[-0-9.\"a-z\\[\\], ]{0,12}\n|\\[[a-z_]{1,10}\\]\n|.{0,9}){0,8}",
+    ) {
+        let _ = Calibration::from_toml(&text, Path::new("a"));
+    }
+}

@@ -1,0 +1,192 @@
+//! Block averages of the inverse depth: what the solver works on instead of single pixels.
+
+use crate::depth_image::{Axis, DepthImage};
+use rayon::prelude::*;
+
+/// Columns handled at once: wide enough to fill vector registers, small enough for the stack.
+const STRIP: usize = 64;
+
+/// The inverse of depth or range over blocks of pixels, 1/m; NaN where unknown.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct InverseDepth {
+    pub(crate) values: Vec<f32>,
+    pub(crate) axis: Axis,
+}
+
+/// Which blocks count.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BlockRule {
+    /// Side, pixels.
+    pub(crate) block: usize,
+    /// Smallest share of known pixels.
+    pub(crate) known_share: f32,
+    /// Largest spread over the mean.
+    pub(crate) max_spread: f32,
+}
+
+impl InverseDepth {
+    /// Fills `self` with the block averages of `image`; rows and columns that fill no block are
+    /// dropped. Allocates only where the size has grown.
+    ///
+    /// The inverse depth of a plane is linear in the pixels of an undistorted camera, so that its
+    /// mean is exactly the value at the block's centre.
+    pub(crate) fn average(&mut self, image: &DepthImage<'_>, rule: BlockRule) {
+        let (width, height) = image.size();
+        let (columns, rows) = (width / rule.block, height / rule.block);
+        self.axis = image.axis();
+        self.values.resize(columns * rows, f32::NAN);
+        let metres = image.metres();
+        self.values
+            .par_chunks_mut(columns)
+            .with_min_len(16)
+            .enumerate()
+            .for_each(|(y, out)| {
+                let start = y * rule.block * width;
+                average_row(&metres[start..start + rule.block * width], width, rule, out);
+            });
+    }
+
+    /// Share of known values, 0 to 1.
+    pub(crate) fn known_share(&self) -> f64 {
+        let known = self.values.iter().filter(|v| v.is_finite()).count();
+        known as f64 / self.values.len().max(1) as f64
+    }
+
+    /// True where both hold the same numbers, unknown ones included.
+    pub(crate) fn same_as(&self, other: &Self) -> bool {
+        let same = |a: &f32, b: &f32| a == b || (a.is_nan() && b.is_nan());
+        self.axis == other.axis
+            && self.values.len() == other.values.len()
+            && self
+                .values
+                .iter()
+                .zip(&other.values)
+                .all(|(a, b)| same(a, b))
+    }
+}
+
+fn average_row(pixels: &[f32], width: usize, rule: BlockRule, out: &mut [f32]) {
+    let per_strip = STRIP / rule.block;
+    for (strip, out) in out.chunks_mut(per_strip).enumerate() {
+        let x = strip * per_strip * rule.block;
+        let count = out.len() * rule.block;
+        let mut columns = Columns::new();
+        for row in 0..rule.block {
+            columns.add(&pixels[row * width + x..][..count]);
+        }
+        for (k, value) in out.iter_mut().enumerate() {
+            *value = columns.mean(k * rule.block, rule);
+        }
+    }
+}
+
+/// Sums over the rows of a strip of blocks, column by column.
+struct Columns {
+    sum: [f32; STRIP],
+    known: [f32; STRIP],
+    low: [f32; STRIP],
+    high: [f32; STRIP],
+}
+
+impl Columns {
+    fn new() -> Self {
+        Self {
+            sum: [0.0; STRIP],
+            known: [0.0; STRIP],
+            low: [f32::INFINITY; STRIP],
+            high: [0.0; STRIP],
+        }
+    }
+
+    fn add(&mut self, metres: &[f32]) {
+        let columns = self
+            .sum
+            .iter_mut()
+            .zip(&mut self.known)
+            .zip(self.low.iter_mut().zip(&mut self.high));
+        for (&depth, ((sum, known), (low, high))) in metres.iter().zip(columns) {
+            let is_known = depth > 0.0; // false for NaN
+            let inverse = 1.0 / depth;
+            let (value, bottom) = if is_known {
+                (inverse, inverse)
+            } else {
+                (0.0, f32::INFINITY)
+            };
+            *sum += value;
+            *known += if is_known { 1.0 } else { 0.0 };
+            *low = if bottom < *low { bottom } else { *low };
+            *high = if value > *high { value } else { *high };
+        }
+    }
+
+    fn mean(&self, first: usize, rule: BlockRule) -> f32 {
+        let columns = first..first + rule.block;
+        let known: f32 = self.known[columns.clone()].iter().sum();
+        let sum: f32 = self.sum[columns.clone()].iter().sum();
+        let low = self.low[columns.clone()]
+            .iter()
+            .copied()
+            .fold(f32::INFINITY, f32::min);
+        let high = self.high[columns].iter().copied().fold(0.0, f32::max);
+        let mean = sum / known;
+        let pixels = (rule.block * rule.block) as f32;
+        let good = known >= 1.0 && known >= rule.known_share * pixels;
+        if good && high - low <= rule.max_spread * mean {
+            mean
+        } else {
+            f32::NAN
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sphereflow_core::{DepthMap, Plane};
+
+    const RULE: BlockRule = BlockRule {
+        block: 4,
+        known_share: 0.8,
+        max_spread: 0.12,
+    };
+
+    fn averaged(f: impl FnMut(usize, usize) -> f32) -> InverseDepth {
+        let map = DepthMap::new(Plane::from_fn(134, 9, f));
+        let mut out = InverseDepth::default();
+        out.average(&DepthImage::from(&map), RULE);
+        out
+    }
+
+    #[test]
+    fn average_of_slanted_plane_is_the_value_at_the_block_centre() {
+        let inverse = |x: f32, y: f32| 0.5 + 1e-3 * x + 2e-3 * y;
+        let out = averaged(|x, y| 1.0 / inverse(x as f32, y as f32));
+        assert_eq!(out.values.len(), 33 * 2);
+        for (i, value) in out.values.iter().enumerate() {
+            let centre = inverse((i % 33) as f32 * 4.0 + 1.5, (i / 33) as f32 * 4.0 + 1.5);
+            // f32 rounding of sixteen terms
+            assert!((value - centre).abs() < 1e-6, "{value} {centre}");
+        }
+    }
+
+    #[test]
+    fn average_drops_blocks_with_holes_or_jumps() {
+        let holes = averaged(|x, y| {
+            if x < 4 && x + 4 * y % 16 < 4 {
+                f32::NAN
+            } else {
+                2.0
+            }
+        });
+        assert!(holes.values[0].is_nan() && holes.values[1] == 0.5);
+        let jump = averaged(|x, _| if x < 2 { 1.0 } else { 2.0 });
+        assert!(jump.values[0].is_nan() && jump.values[1] == 0.5);
+        let one_hole = averaged(|x, y| if (x, y) == (1, 1) { f32::NAN } else { 2.0 });
+        assert_eq!(one_hole.values[0], 0.5);
+    }
+
+    #[test]
+    fn average_of_nothing_known_is_nothing() {
+        assert_eq!(averaged(|_, _| f32::NAN).known_share(), 0.0);
+    }
+}

@@ -1,0 +1,202 @@
+//! The settings of the geometric flow, with the reasons for their defaults.
+
+use crate::Result;
+use sphereflow_core::Error;
+
+/// How the velocity between two images is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Method {
+    /// One robust solve of the weak form, then [`Config::warps`] more on warped images.
+    #[default]
+    SinglePass,
+}
+
+/// What the formal covariance of the solve lacks: real depth errors are correlated and distorted,
+/// so that it is several times too small. `C = k^2 N^-1 + (a + b d)^2 I` per pair of images, where
+/// `d` is the motion over the pair in metres (rotation times mean range added); the rotation's
+/// part is divided by the mean range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CovarianceModel {
+    /// k: factor on the standard deviation of the solve.
+    pub scale: f64,
+    /// a: what remains with no motion at all, metres.
+    pub floor_m: f64,
+    /// b: share of the motion, from the distortion of the depth camera; 0 for a calibrated one.
+    pub motion_share: f64,
+}
+
+impl Default for CovarianceModel {
+    fn default() -> Self {
+        Self {
+            scale: 2.0,
+            floor_m: 3e-3,
+            motion_share: 0.03,
+        }
+    }
+}
+
+/// Settings of [`crate::VelocityEstimator`] and [`crate::DepthOdometry`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// How the velocity is found.
+    pub method: Method,
+    /// Side of the blocks of pixels that are averaged first, 1 to 32.
+    pub block: usize,
+    /// A block needs this share of known pixels.
+    pub block_known_share: f64,
+    /// Largest spread of the inverse depth within a block, as a share of its mean: more is a jump.
+    pub max_jump: f64,
+    /// Number of domains wanted; small images get fewer, of at least 4x4 blocks.
+    pub domains: usize,
+    /// A domain needs this share of its blocks known in both images.
+    pub domain_known_share: f64,
+    /// Reweighted solves (Cauchy).
+    pub sweeps: usize,
+    /// Further solves after warping the second image by the estimate so far.
+    pub warps: usize,
+    /// Noise of the difference of two domain means of the inverse depth, 1/m. For structured-light
+    /// cameras it hardly depends on the domain's size, as their noise is correlated.
+    pub domain_noise: f64,
+    /// Largest robust residual, in units of `domain_noise`, of a rigid motion.
+    pub max_residual_scale: f64,
+    /// Smallest share of blocks known in both images.
+    pub min_known_share: f64,
+    /// Smallest number of usable domains.
+    pub min_domains: usize,
+    /// A score below this is [`sphereflow_core::TrackStatus::Weak`].
+    pub weak_score: f64,
+    /// A direction whose score is below this is not estimated at all: it takes the prior's value.
+    pub unobservable_score: f64,
+    /// Standard deviation claimed for a direction that was not estimated, m/s.
+    pub unobservable_std_m_s: f64,
+    /// Faster is implausible, m/s.
+    pub max_speed_m_s: f64,
+    /// Faster is implausible, rad/s.
+    pub max_rate_rad_s: f64,
+    /// Longest time between two images that is still bridged, seconds.
+    pub max_gap_s: f64,
+    /// From the solve's covariance to an honest one.
+    pub covariance: CovarianceModel,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            method: Method::SinglePass,
+            block: 4,
+            block_known_share: 0.8,
+            max_jump: 0.12,
+            domains: 500,
+            domain_known_share: 0.3,
+            sweeps: 6,
+            warps: 2,
+            domain_noise: 8e-4,
+            max_residual_scale: 20.0,
+            min_known_share: 0.1,
+            min_domains: 40,
+            weak_score: 0.03,
+            unobservable_score: 0.01,
+            unobservable_std_m_s: 1.0,
+            max_speed_m_s: 4.0,
+            max_rate_rad_s: 8.0,
+            max_gap_s: 0.5,
+            covariance: CovarianceModel::default(),
+        }
+    }
+}
+
+impl Config {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// A core value error naming the first setting out of its range.
+    pub fn validate(&self) -> Result<()> {
+        let counts = [
+            ("block", self.block, 1, 32),
+            ("domains", self.domains, 1, 100_000),
+            ("sweeps", self.sweeps, 0, 100),
+            ("warps", self.warps, 0, 20),
+            ("min_domains", self.min_domains, 6, 100_000),
+        ];
+        for (name, value, low, high) in counts {
+            if !(low..=high).contains(&value) {
+                return Err(Error::value(name, format!("{low} to {high}"), value).into());
+            }
+        }
+        let shares = [
+            ("block_known_share", self.block_known_share),
+            ("max_jump", self.max_jump),
+            ("domain_known_share", self.domain_known_share),
+            ("min_known_share", self.min_known_share),
+            ("weak_score", self.weak_score),
+            ("unobservable_score", self.unobservable_score),
+            ("covariance.motion_share", self.covariance.motion_share),
+        ];
+        for (name, value) in shares {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(Error::value(name, "0 to 1", value).into());
+            }
+        }
+        let positive = [
+            ("domain_noise", self.domain_noise),
+            ("max_residual_scale", self.max_residual_scale),
+            ("unobservable_std_m_s", self.unobservable_std_m_s),
+            ("max_speed_m_s", self.max_speed_m_s),
+            ("max_rate_rad_s", self.max_rate_rad_s),
+            ("max_gap_s", self.max_gap_s),
+            ("covariance.scale", self.covariance.scale),
+        ];
+        for (name, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::value(name, "a positive number", value).into());
+            }
+        }
+        let floor = self.covariance.floor_m;
+        if !(floor.is_finite() && floor >= 0.0) {
+            return Err(Error::value("covariance.floor_m", "metres, not negative", floor).into());
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn config_default_is_valid() {
+        assert!(Config::default().validate().is_ok());
+    }
+
+    #[test]
+    fn config_out_of_range_names_the_setting() {
+        let bad = [
+            (
+                Config {
+                    block: 0,
+                    ..Config::default()
+                },
+                "block",
+            ),
+            (
+                Config {
+                    max_gap_s: f64::NAN,
+                    ..Config::default()
+                },
+                "max_gap_s",
+            ),
+            (
+                Config {
+                    max_jump: 2.0,
+                    ..Config::default()
+                },
+                "max_jump",
+            ),
+        ];
+        for (config, name) in bad {
+            let error = config.validate().unwrap_err().to_string();
+            assert!(error.starts_with(name), "{error}");
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! The robust solution of the domains' balances for one twist.
+
+use crate::config::Config;
+use crate::observability::Spectrum;
+use crate::tiling::Tiling;
+use crate::weak_form::CellSums;
+use nalgebra::{Matrix6, Vector6};
+
+/// Cauchy's constant in units of the median absolute residual's sigma: 95 % efficiency.
+const CAUCHY: f64 = 2.385;
+/// Sigma of a normal distribution over its median absolute deviation.
+const SIGMA_PER_MAD: f64 = 1.4826;
+/// Exact data must not turn rounding errors into outliers: smallest scale in units of the noise.
+const SMALLEST_SCALE: f64 = 1e-4;
+
+/// A fit within this many times the noise is not tried again from samples.
+const RESTART_SCALE: f64 = 1.0;
+/// A second fit replaces the first where its residual is smaller by this factor.
+const RESTART_GAIN: f64 = 0.7;
+/// With a quarter of the domains wrong, one of so many samples of so many rows is free of them with
+/// a probability of 99 %.
+const SAMPLES: usize = 40;
+const SAMPLE_ROWS: usize = 7;
+/// A sample determines less than all domains do.
+const SAMPLE_SCORE: f64 = 0.1;
+
+/// One domain: `rate = coefficients . [omega, v]`, per unit of solid angle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Row {
+    rate: f64,
+    coefficients: Vector6<f64>,
+}
+
+/// What the solve gives.
+#[derive(Clone, Debug)]
+pub(crate) struct Solution {
+    pub(crate) twist: Vector6<f64>,
+    /// Spectrum of the weighted normal matrix.
+    pub(crate) spectrum: Spectrum,
+    /// Variance of a residual, weighted: the normal matrix over it is the information.
+    pub(crate) variance: f64,
+    /// Robust residual in units of the expected noise.
+    pub(crate) scale: f64,
+    pub(crate) domains: usize,
+    /// Mean range of the scene, metres.
+    pub(crate) mean_range_m: f64,
+}
+
+/// Room for the rows and residuals, kept between calls.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RobustSolver {
+    rows: Vec<Row>,
+    sorted: Vec<f64>,
+    mean_range_m: f64,
+}
+
+impl RobustSolver {
+    /// Takes the usable domains; returns how many there are. Every domain weighs the same per
+    /// domain mean: the noise of depth cameras is correlated, so that a larger mean is hardly
+    /// better than a smaller one.
+    pub(crate) fn take(
+        &mut self,
+        sums: &[CellSums],
+        tiling: &Tiling,
+        dt_s: f64,
+        share: f64,
+    ) -> usize {
+        self.rows.clear();
+        let mut range = 0.0;
+        for (cell, &full) in sums.iter().zip(&tiling.full) {
+            if cell.count == 0 || f64::from(cell.count) < share * f64::from(full) {
+                continue;
+            }
+            let per_area = 1.0 / cell.area;
+            range += cell.area / cell.gamma;
+            self.rows.push(Row {
+                rate: cell.change * per_area / dt_s,
+                coefficients: Vector6::from(cell.coefficients) * per_area,
+            });
+        }
+        self.mean_range_m = range / self.rows.len().max(1) as f64;
+        self.rows.len()
+    }
+
+    /// The twist from nothing: least squares reweighted with Cauchy's weights, and again from the
+    /// best of a few small samples where that leaves more than noise, as a large moving object
+    /// drags plain least squares into a wrong minimum. Directions that the domains do not determine
+    /// take their value from `prior`.
+    pub(crate) fn solve(&mut self, config: &Config, dt_s: f64, prior: &Vector6<f64>) -> Solution {
+        let (start, _) = self.weighted(config, prior, |_| 1.0);
+        let found = self.solve_from(config, dt_s, prior, start);
+        if found.scale <= RESTART_SCALE {
+            return found;
+        }
+        let start = self.best_sample(config, prior);
+        let other = self.solve_from(config, dt_s, prior, start);
+        if other.scale < RESTART_GAIN * found.scale {
+            other
+        } else {
+            found
+        }
+    }
+
+    /// Iteratively reweighted least squares from a first guess.
+    pub(crate) fn solve_from(
+        &mut self,
+        config: &Config,
+        dt_s: f64,
+        prior: &Vector6<f64>,
+        start: Vector6<f64>,
+    ) -> Solution {
+        let noise = config.domain_noise / dt_s;
+        let mut twist = start;
+        let mut spectrum = None;
+        for _ in 0..config.sweeps {
+            let scale = self.scale(&twist).max(SMALLEST_SCALE * noise);
+            let previous = twist;
+            let (next, seen) = self.weighted(config, prior, |row| cauchy(row, &previous, scale));
+            (twist, spectrum) = (next, Some(seen));
+        }
+        let sigma = self.scale(&twist);
+        let scale = sigma.max(SMALLEST_SCALE * noise);
+        let squares: f64 = self
+            .rows
+            .iter()
+            .map(|row| cauchy(row, &twist, scale) * residual(row, &twist).powi(2))
+            .sum();
+        let freedom = self.rows.len().saturating_sub(6).max(1) as f64;
+        Solution {
+            twist,
+            spectrum: spectrum.unwrap_or_else(|| self.weighted(config, prior, |_| 1.0).1),
+            variance: (squares / freedom).max((SMALLEST_SCALE * noise).powi(2)),
+            scale: sigma / noise,
+            domains: self.rows.len(),
+            mean_range_m: self.mean_range_m,
+        }
+    }
+
+    /// The twist of the small sample that leaves the smallest median residual (least median of
+    /// squares, Rousseeuw 1984). The samples are the same in every run.
+    fn best_sample(&mut self, config: &Config, prior: &Vector6<f64>) -> Vector6<f64> {
+        let mut best = (f64::INFINITY, *prior);
+        let mut state = 1_u64;
+        for _ in 0..SAMPLES {
+            let mut normal = Matrix6::zeros();
+            let mut right = Vector6::zeros();
+            for _ in 0..SAMPLE_ROWS {
+                // Knuth's MMIX generator; its upper half is good enough to pick rows
+                state = state
+                    .wrapping_mul(6364136223846793005)
+                    .wrapping_add(1442695040888963407);
+                let row = &self.rows[(state >> 33) as usize % self.rows.len()];
+                normal += row.coefficients * row.coefficients.transpose();
+                right += row.coefficients * row.rate;
+            }
+            let spectrum = Spectrum::new(&normal, self.mean_range_m);
+            let twist = spectrum.solve(&right, SAMPLE_SCORE * config.unobservable_score, prior);
+            let scale = self.scale(&twist);
+            if scale < best.0 {
+                best = (scale, twist);
+            }
+        }
+        best.1
+    }
+
+    fn weighted(
+        &self,
+        config: &Config,
+        prior: &Vector6<f64>,
+        weight: impl Fn(&Row) -> f64,
+    ) -> (Vector6<f64>, Spectrum) {
+        let mut normal = Matrix6::zeros();
+        let mut right = Vector6::zeros();
+        for row in &self.rows {
+            let weighted = row.coefficients * weight(row);
+            normal += weighted * row.coefficients.transpose();
+            right += weighted * row.rate;
+        }
+        let spectrum = Spectrum::new(&normal, self.mean_range_m);
+        let twist = spectrum.solve(&right, config.unobservable_score, prior);
+        (twist, spectrum)
+    }
+
+    /// Robust standard deviation of the residuals.
+    fn scale(&mut self, twist: &Vector6<f64>) -> f64 {
+        self.sorted.clear();
+        self.sorted
+            .extend(self.rows.iter().map(|row| residual(row, twist).abs()));
+        let middle = self.sorted.len() / 2;
+        if self.sorted.is_empty() {
+            return 0.0;
+        }
+        let (_, median, _) = self.sorted.select_nth_unstable_by(middle, f64::total_cmp);
+        SIGMA_PER_MAD * *median
+    }
+}
+
+fn residual(row: &Row, twist: &Vector6<f64>) -> f64 {
+    row.rate - row.coefficients.dot(twist)
+}
+
+fn cauchy(row: &Row, twist: &Vector6<f64>, scale: f64) -> f64 {
+    let ratio = residual(row, twist) / (CAUCHY * scale);
+    1.0 / (1.0 + ratio * ratio)
+}

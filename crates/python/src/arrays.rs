@@ -1,0 +1,154 @@
+//! NumPy arrays in: shape and element type are checked here, and errors name the argument.
+
+use crate::errors::{Kind, exception};
+use nalgebra::Vector3;
+use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use sphereflow_core::{DepthMap, Plane, Stamp};
+
+/// `value` as a C-contiguous array of `dtype`, without a copy where it already is one.
+/// Only element kinds in `kinds` (NumPy's letters) are converted.
+fn contiguous<'py>(
+    value: &Bound<'py, PyAny>,
+    name: &str,
+    dtype: &str,
+    kinds: &str,
+    hint: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let numpy = value.py().import("numpy")?;
+    let array = numpy.call_method1("asarray", (value,))?;
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    if !kinds.contains(&kind) {
+        let found: String = array.getattr("dtype")?.str()?.extract()?;
+        return Err(exception(
+            Kind::Dtype,
+            format!("{name}: expected {dtype} values{hint}, found {found}"),
+        ));
+    }
+    let options = PyDict::new(value.py());
+    options.set_item("dtype", dtype)?;
+    numpy.call_method("ascontiguousarray", (array,), Some(&options))
+}
+
+/// Checks a shape: `None` accepts any length on that axis.
+fn check_shape(name: &str, found: &[usize], expected: &[Option<usize>]) -> PyResult<()> {
+    let fits = found.len() == expected.len()
+        && found
+            .iter()
+            .zip(expected)
+            .all(|(f, e)| e.is_none_or(|e| e == *f));
+    if fits {
+        return Ok(());
+    }
+    let letters = ["N", "M", "K"];
+    let words: Vec<String> = expected
+        .iter()
+        .enumerate()
+        .map(|(i, e)| e.map_or(letters[i.min(2)].to_string(), |e| e.to_string()))
+        .collect();
+    let found: Vec<String> = found.iter().map(ToString::to_string).collect();
+    Err(exception(
+        Kind::Shape,
+        format!(
+            "{name}: expected shape ({}), found ({})",
+            words.join(", "),
+            found.join(", ")
+        ),
+    ))
+}
+
+/// A float64 array of the expected shape.
+pub fn floats<'py>(
+    value: &Bound<'py, PyAny>,
+    name: &str,
+    shape: &[Option<usize>],
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let array = contiguous(value, name, "float64", "fiu", "")?;
+    let array = array.cast_into::<PyArrayDyn<f64>>()?;
+    check_shape(name, array.shape(), shape)?;
+    Ok(array.readonly())
+}
+
+/// An `(N, 3)` array as vectors.
+pub fn vectors3(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Vector3<f64>>> {
+    let array = floats(value, name, &[None, Some(3)])?;
+    Ok(array
+        .as_slice()?
+        .chunks_exact(3)
+        .map(Vector3::from_column_slice)
+        .collect())
+}
+
+/// A `(3,)` vector.
+pub fn vector3(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vector3<f64>> {
+    let array = floats(value, name, &[Some(3)])?;
+    Ok(Vector3::from_column_slice(array.as_slice()?))
+}
+
+/// Stamps: integer nanoseconds, `(N,)`. Floats are refused: they cannot hold a Unix time.
+pub fn stamps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Stamp>> {
+    let hint = " (integer nanoseconds; a float cannot hold a Unix time)";
+    let array = contiguous(value, name, "int64", "iu", hint)?.cast_into::<PyArrayDyn<i64>>()?;
+    check_shape(name, array.shape(), &[None])?;
+    Ok(array
+        .readonly()
+        .as_slice()?
+        .iter()
+        .map(|&ns| Stamp::from_ns(ns))
+        .collect())
+}
+
+/// A depth image `(H, W)` in metres, z along the optical axis; anything not finite and positive is
+/// unknown. Integers are refused: they are raw counts, not metres.
+pub fn depth(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    size: Option<(usize, usize)>,
+) -> PyResult<DepthMap> {
+    Ok(DepthMap::new(metres(value, name, size)?))
+}
+
+/// An `(H, W)` float image of metres, unchecked values.
+pub fn metres(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    size: Option<(usize, usize)>,
+) -> PyResult<Plane<f32>> {
+    let hint = " in metres (raw counts must be divided by the depth scale first)";
+    let array = contiguous(value, name, "float32", "f", hint)?.cast_into::<PyArrayDyn<f32>>()?;
+    check_shape(name, array.shape(), &[size.map(|s| s.1), size.map(|s| s.0)])?;
+    let (height, width) = (array.shape()[0], array.shape()[1]);
+    let data = array.readonly().as_slice()?.to_vec();
+    Plane::from_vec(width, height, data).map_err(|error| crate::errors::core_error(&error))
+}
+
+/// An `(H, W, 3)` RGB image of bytes.
+pub fn colour(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    size: Option<(usize, usize)>,
+) -> PyResult<Plane<[u8; 3]>> {
+    let array = contiguous(value, name, "uint8", "u", " (RGB, 0 to 255)")?;
+    let itemsize: usize = value
+        .getattr("itemsize")
+        .and_then(|v| v.extract())
+        .unwrap_or(1);
+    if itemsize != 1 {
+        return Err(exception(
+            Kind::Dtype,
+            format!("{name}: expected uint8 values (RGB)"),
+        ));
+    }
+    let array = array.cast_into::<PyArrayDyn<u8>>()?;
+    check_shape(
+        name,
+        array.shape(),
+        &[size.map(|s| s.1), size.map(|s| s.0), Some(3)],
+    )?;
+    let (height, width) = (array.shape()[0], array.shape()[1]);
+    let view = array.readonly();
+    let (pixels, _) = view.as_slice()?.as_chunks::<3>();
+    Plane::from_vec(width, height, pixels.to_vec())
+        .map_err(|error| crate::errors::core_error(&error))
+}

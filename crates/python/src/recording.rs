@@ -1,0 +1,359 @@
+//! `open_recording`, `Recording` and its frames.
+
+use crate::arrays::depth;
+use crate::camera::PyCamera;
+use crate::errors::{IntoPython, io_error};
+use crate::trajectory::PyTrajectory;
+use nalgebra::Vector3;
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use sphereflow_core::{RgbdFrame, Stamp};
+use sphereflow_io::recording::FrameStream;
+use sphereflow_io::{Calibration, OpenOptions, Recording, RecordingWriter, open_recording};
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+/// One RGB-D frame.
+#[pyclass(name = "Frame", module = "sphereflow.io", frozen)]
+pub struct PyFrame {
+    stamp_ns: i64,
+    colour: Option<Py<PyArray3<u8>>>,
+    depth_m: Option<Py<PyArray2<f32>>>,
+    imu_count: usize,
+}
+
+impl PyFrame {
+    /// The images move into NumPy arrays without a copy.
+    pub fn new(py: Python<'_>, frame: RgbdFrame) -> PyResult<Self> {
+        let colour = frame.colour.map(|plane| {
+            let (width, height) = plane.size();
+            let flat = plane.into_vec().into_flattened();
+            PyArray1::from_vec(py, flat)
+                .reshape([height, width, 3])
+                .map(Bound::unbind)
+        });
+        let depth_m = frame.depth.map(|map| {
+            let (width, height) = map.size();
+            let flat = map.into_plane().into_vec();
+            PyArray1::from_vec(py, flat)
+                .reshape([height, width])
+                .map(Bound::unbind)
+        });
+        Ok(Self {
+            stamp_ns: frame.stamp.ns(),
+            colour: colour.transpose()?,
+            depth_m: depth_m.transpose()?,
+            imu_count: frame.imu.len(),
+        })
+    }
+}
+
+#[pymethods]
+impl PyFrame {
+    /// Stamp, integer nanoseconds.
+    #[getter]
+    fn stamp_ns(&self) -> i64 {
+        self.stamp_ns
+    }
+
+    /// RGB image, uint8 (H, W, 3); None where the frame has none.
+    #[getter]
+    fn colour(&self, py: Python<'_>) -> Option<Py<PyArray3<u8>>> {
+        self.colour.as_ref().map(|array| array.clone_ref(py))
+    }
+
+    /// Depth along the optical axis, metres, float32 (H, W), NaN unknown; None where there is none.
+    #[getter]
+    fn depth_m(&self, py: Python<'_>) -> Option<Py<PyArray2<f32>>> {
+        self.depth_m.as_ref().map(|array| array.clone_ref(py))
+    }
+
+    fn __repr__(&self) -> String {
+        let has = |there: bool| if there { "yes" } else { "no" };
+        format!(
+            "Frame({} s, colour: {}, depth: {}, {} inertial samples)",
+            Stamp::from_ns(self.stamp_ns),
+            has(self.colour.is_some()),
+            has(self.depth_m.is_some()),
+            self.imu_count
+        )
+    }
+}
+
+/// Frames in order, decoded ahead on worker threads.
+#[pyclass(name = "FrameIterator", module = "sphereflow.io")]
+pub struct PyFrameIterator(Mutex<FrameStream>); // a stream's channels are not shared between threads
+
+#[pymethods]
+impl PyFrameIterator {
+    fn __iter__(this: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        this
+    }
+
+    /// The next frame. A frame that cannot be read raises; the call after it goes on.
+    fn __next__(&mut self, py: Python<'_>) -> PyResult<Option<PyFrame>> {
+        let stream = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
+        match py.detach(|| stream.next()) {
+            None => Ok(None),
+            Some(frame) => PyFrame::new(py, frame.into_python()?).map(Some),
+        }
+    }
+}
+
+/// A recording on disk: TUM RGB-D, 7-Scenes or EuRoC (inertial only).
+#[pyclass(name = "Recording", module = "sphereflow.io", frozen)]
+pub struct PyRecording(Recording);
+
+/// Vectors as an (N, 3) array.
+pub fn rows3<'py>(
+    py: Python<'py>,
+    rows: impl ExactSizeIterator<Item = Vector3<f64>>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let count = rows.len();
+    PyArray1::from_iter(py, rows.flat_map(|v| [v.x, v.y, v.z])).reshape([count, 3])
+}
+
+#[pymethods]
+impl PyRecording {
+    fn __len__(&self) -> usize {
+        self.0.len()
+    }
+
+    /// What kind of folder it is.
+    #[getter]
+    fn kind(&self) -> String {
+        self.0.kind().to_string()
+    }
+
+    /// The folder.
+    #[getter]
+    fn path(&self) -> PathBuf {
+        self.0.path().to_path_buf()
+    }
+
+    /// Stamps of the frames, int64 nanoseconds, (N,).
+    #[getter]
+    fn stamp_ns<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        PyArray1::from_iter(py, self.0.stamps().iter().map(|s| s.ns()))
+    }
+
+    /// The camera; None for a recording without images.
+    #[getter]
+    fn camera(&self) -> Option<PyCamera> {
+        self.0.camera().cloned().map(PyCamera)
+    }
+
+    /// Which calibration is used, and where it comes from.
+    #[getter]
+    fn calibration_source(&self) -> String {
+        self.0.calibration_source()
+    }
+
+    /// Counts of the depth images per metre.
+    #[getter]
+    fn depth_scale(&self) -> Option<f64> {
+        self.0.depth_scale()
+    }
+
+    /// Rolling shutter read-out time, seconds, where the calibration gives one.
+    #[getter]
+    fn readout_s(&self) -> Option<f64> {
+        self.0
+            .calibration()
+            .and_then(|calibration| calibration.readout_s)
+    }
+
+    /// World from camera, where the recording has a truth.
+    #[getter]
+    fn truth(&self) -> Option<PyTrajectory> {
+        self.0.truth().cloned().map(PyTrajectory)
+    }
+
+    /// True where colour and depth pixels see along the same rays.
+    #[getter]
+    fn colour_registered(&self) -> bool {
+        self.0.colour_registered()
+    }
+
+    /// Gravity in the world of the truth, m/s^2, pointing down, (3,), where it is known.
+    #[getter]
+    fn gravity_in_world<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.0
+            .gravity_in_world()
+            .map(|g| PyArray1::from_slice(py, g.as_slice()))
+    }
+
+    /// Differences between depth and colour stamps: dict of pairs, median_s, max_s, tolerance_s.
+    #[getter]
+    fn sync<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(sync) = self.0.sync() else {
+            return Ok(None);
+        };
+        let dict = PyDict::new(py);
+        dict.set_item("pairs", sync.pairs)?;
+        dict.set_item("median_s", sync.median_s)?;
+        dict.set_item("max_s", sync.max_s)?;
+        dict.set_item("tolerance_s", sync.tolerance_s)?;
+        Ok(Some(dict))
+    }
+
+    /// What was passed over while reading, counted.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.0
+            .warnings()
+            .as_slice()
+            .iter()
+            .map(ToString::to_string)
+            .collect()
+    }
+
+    /// What a reader of the results should know about this kind of recording.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.0.notes().to_vec()
+    }
+
+    /// Inertial samples: dict of stamp_ns (N,), gyro_rad_s (N, 3), accel_m_s2 (N, 3); NaN where a
+    /// sensor is absent.
+    #[getter]
+    fn imu<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let samples = self.0.imu();
+        let dict = PyDict::new(py);
+        let stamps = samples.iter().map(|s| s.stamp.ns());
+        dict.set_item("stamp_ns", PyArray1::from_iter(py, stamps))?;
+        dict.set_item(
+            "gyro_rad_s",
+            rows3(py, samples.iter().map(|s| s.gyro_rad_s))?,
+        )?;
+        dict.set_item(
+            "accel_m_s2",
+            rows3(py, samples.iter().map(|s| s.accel_m_s2))?,
+        )?;
+        Ok(dict)
+    }
+
+    /// Magnetic samples: dict of stamp_ns (N,), mag_ut (N, 3).
+    #[getter]
+    fn mag<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let samples = self.0.mag();
+        let dict = PyDict::new(py);
+        dict.set_item(
+            "stamp_ns",
+            PyArray1::from_iter(py, samples.iter().map(|s| s.stamp.ns())),
+        )?;
+        dict.set_item("mag_ut", rows3(py, samples.iter().map(|s| s.mag_ut))?)?;
+        Ok(dict)
+    }
+
+    /// Frame `index`, read now.
+    fn frame(&self, py: Python<'_>, index: usize) -> PyResult<PyFrame> {
+        PyFrame::new(py, py.detach(|| self.0.frame(index)).into_python()?)
+    }
+
+    /// Frames from `start` to `stop` in order, decoded ahead while the caller works.
+    #[pyo3(signature = (start = 0, stop = None, *, prefetch = 8))]
+    fn frames(
+        &self,
+        start: usize,
+        stop: Option<usize>,
+        prefetch: usize,
+    ) -> PyResult<PyFrameIterator> {
+        let stop = stop.unwrap_or(self.0.len()).min(self.0.len());
+        self.0
+            .stream(start.min(stop)..stop, prefetch)
+            .into_python()
+            .map(|stream| PyFrameIterator(Mutex::new(stream)))
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Recording({}, {} frames, {})",
+            self.0.kind(),
+            self.0.len(),
+            self.0.path().display()
+        )
+    }
+}
+
+/// Open a recording, guessing its kind from the files in it.
+#[pyfunction]
+#[pyo3(
+    name = "open_recording",
+    signature = (path, *, calibration = None, depth_scale = None, sync_tolerance_s = None)
+)]
+pub fn py_open_recording(
+    py: Python<'_>,
+    path: PathBuf,
+    calibration: Option<PathBuf>,
+    depth_scale: Option<f64>,
+    sync_tolerance_s: Option<f64>,
+) -> PyResult<PyRecording> {
+    let calibration = calibration.map(|path| Calibration::read(&path)).transpose();
+    let calibration = calibration.map_err(|error| io_error(&error))?;
+    let options = OpenOptions {
+        calibration,
+        depth_scale,
+        sync_tolerance_s,
+    };
+    py.detach(|| open_recording(&path, &options))
+        .into_python()
+        .map(PyRecording)
+}
+
+/// Writes your own frames as a recording that `open_recording` reads back.
+#[pyclass(name = "RecordingWriter", module = "sphereflow.io")]
+pub struct PyRecordingWriter {
+    writer: Option<RecordingWriter>,
+    size: (usize, usize),
+}
+
+#[pymethods]
+impl PyRecordingWriter {
+    #[new]
+    #[pyo3(signature = (path, camera, *, depth_scale = 1000.0))]
+    fn new(path: PathBuf, camera: &PyCamera, depth_scale: f64) -> PyResult<Self> {
+        let calibration = Calibration::of_camera(&camera.0, depth_scale).into_python()?;
+        Ok(Self {
+            writer: Some(RecordingWriter::create(&path, calibration).into_python()?),
+            size: (camera.0.width(), camera.0.height()),
+        })
+    }
+
+    /// Add a frame.
+    #[pyo3(signature = (depth_m, stamp_ns, *, colour = None))]
+    fn push(
+        &mut self,
+        py: Python<'_>,
+        depth_m: &Bound<'_, PyAny>,
+        stamp_ns: i64,
+        colour: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let frame = RgbdFrame {
+            stamp: Stamp::from_ns(stamp_ns),
+            depth: Some(depth(depth_m, "depth_m", Some(self.size))?),
+            colour: colour
+                .map(|image| crate::arrays::colour(image, "colour", Some(self.size)))
+                .transpose()?,
+            ..RgbdFrame::default()
+        };
+        match &mut self.writer {
+            Some(writer) => py.detach(|| writer.push(&frame)).into_python(),
+            None => Err(finished()),
+        }
+    }
+
+    /// Write the indexes and give the folder its name.
+    fn finish(&mut self, py: Python<'_>) -> PyResult<()> {
+        match self.writer.take() {
+            Some(writer) => py.detach(|| writer.finish()).map(|_| ()).into_python(),
+            None => Err(finished()),
+        }
+    }
+}
+
+fn finished() -> PyErr {
+    let message = "recording: expected one that is still open, found one that is finished";
+    crate::errors::exception(crate::errors::Kind::Value, message)
+}

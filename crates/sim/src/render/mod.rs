@@ -1,0 +1,159 @@
+//! What a camera sees of a scene.
+
+mod candidates;
+
+use crate::scene::Scene;
+use candidates::{Candidates, Cone};
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use rayon::prelude::*;
+use sphereflow_core::{DepthMap, Plane, Pose, RangeMap};
+use sphereflow_sphere::Camera;
+
+/// Pixels of a row that share their candidates.
+const SEGMENT: usize = 64;
+
+/// One exact image of a scene: no noise, no quantisation but that of the colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rendered {
+    /// Distance along the ray; NaN where the camera has no ray or the ray meets nothing.
+    pub range: RangeMap,
+    /// Distance along the optical axis; NaN also behind a 360-degree camera.
+    pub depth: DepthMap,
+    /// 8-bit RGB, rounded and clamped; black where nothing is met.
+    pub colour: Plane<[u8; 3]>,
+    /// Brightness, unquantised; NaN where nothing is met.
+    pub grey: Plane<f32>,
+}
+
+impl Rendered {
+    /// Thesis: section 4.1.1. Brightness rounded to integers from 1 to 256.
+    pub fn grey_1_to_256(&self) -> Plane<f32> {
+        self.grey.map(|g| g.round().clamp(1.0, 256.0))
+    }
+}
+
+/// A scene and the rays of a camera, ready for many poses.
+#[derive(Clone, Debug)]
+pub struct Renderer {
+    scene: Scene,
+    camera: Camera,
+    /// Unit rays in the camera frame, row after row; NaN where the model has none.
+    rays: Vec<Vector3<f64>>,
+    /// One cone around each segment of each row, camera frame.
+    cones: Vec<Cone>,
+    /// Angle between the rays of neighbouring pixels in the middle of the image.
+    pixel_rad: f64,
+}
+
+/// [`Renderer::render`] for a single image.
+pub fn render(scene: &Scene, camera: &Camera, world_from_camera: &Pose) -> Rendered {
+    Renderer::new(scene, camera).render(world_from_camera)
+}
+
+impl Renderer {
+    /// The rays of `camera`, for images of `scene`.
+    pub fn new(scene: &Scene, camera: &Camera) -> Self {
+        let (width, height) = (camera.width(), camera.height());
+        let ray = |x: f64, y: f64| {
+            let none = Vector3::repeat(f64::NAN);
+            camera.unproject(&Vector2::new(x, y)).unwrap_or(none)
+        };
+        let rays: Vec<Vector3<f64>> = (0..height)
+            .flat_map(|y| (0..width).map(move |x| (x as f64, y as f64)))
+            .map(|(x, y)| ray(x, y))
+            .collect();
+        let cones = rays
+            .chunks(width)
+            .flat_map(|row| row.chunks(SEGMENT).map(Cone::around))
+            .collect();
+        let (cx, cy) = (0.5 * width as f64 - 0.5, 0.5 * height as f64 - 0.5);
+        let step = (ray(cx + 0.5, cy) - ray(cx - 0.5, cy)).norm();
+        Self {
+            scene: scene.clone(),
+            camera: camera.clone(),
+            rays,
+            cones,
+            pixel_rad: if step.is_finite() { step } else { 0.0 },
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The image from one pose.
+    pub fn render(&self, world_from_camera: &Pose) -> Rendered {
+        self.render_at(|_| *world_from_camera)
+    }
+
+    /// The image of a rolling shutter: row `y` is seen from `world_from_camera(y)`.
+    pub fn render_at(&self, world_from_camera: impl Fn(usize) -> Pose + Sync) -> Rendered {
+        let (width, height) = (self.camera.width(), self.camera.height());
+        let mut range = Plane::filled(width, height, f32::NAN);
+        let mut depth = Plane::filled(width, height, f32::NAN);
+        let mut grey = Plane::filled(width, height, f32::NAN);
+        let mut colour = Plane::filled(width, height, [0_u8; 3]);
+        range
+            .data_mut()
+            .par_chunks_mut(width)
+            .zip(depth.data_mut().par_chunks_mut(width))
+            .zip(grey.data_mut().par_chunks_mut(width))
+            .zip(colour.data_mut().par_chunks_mut(width))
+            .enumerate()
+            .for_each(|(y, (((range, depth), grey), colour))| {
+                let row = Row {
+                    range,
+                    depth,
+                    grey,
+                    colour,
+                };
+                self.render_row(y, &world_from_camera(y), row);
+            });
+        Rendered {
+            range: RangeMap::new(range),
+            depth: DepthMap::new(depth),
+            colour,
+            grey,
+        }
+    }
+
+    fn render_row(&self, y: usize, pose: &Pose, out: Row<'_>) {
+        let (width, origin) = (self.camera.width(), pose.translation);
+        let rotation = UnitQuaternion::to_rotation_matrix(pose.rotation);
+        let rays = &self.rays[y * width..(y + 1) * width];
+        let segments = width.div_ceil(SEGMENT);
+        let cones = &self.cones[y * segments..(y + 1) * segments];
+        let mut candidates = Candidates::new(&self.scene, &origin);
+        for (segment, cone) in cones.iter().enumerate() {
+            candidates.choose(cone, &rotation);
+            let first = segment * SEGMENT;
+            for (offset, ray) in rays[first..].iter().take(SEGMENT).enumerate() {
+                let unit = rotation * ray;
+                if let Some(crossing) = candidates.nearest(&origin, &unit) {
+                    let hit = self
+                        .scene
+                        .describe(&origin, &unit, crossing, self.pixel_rad);
+                    let x = first + offset;
+                    out.range[x] = hit.range_m as f32;
+                    out.depth[x] = (hit.range_m * ray.z) as f32;
+                    out.grey[x] = hit.grey as f32;
+                    out.colour[x] = hit.rgb.map(|c| (c + 0.5) as u8);
+                }
+            }
+        }
+    }
+}
+
+/// One row of every plane.
+struct Row<'a> {
+    range: &'a mut [f32],
+    depth: &'a mut [f32],
+    grey: &'a mut [f32],
+    colour: &'a mut [[u8; 3]],
+}

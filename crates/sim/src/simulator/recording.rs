@@ -1,0 +1,58 @@
+//! A simulation as a recording on disk, to be read like any other.
+
+use super::Simulator;
+use crate::{Result, SimConfig};
+use sphereflow_io::{Calibration, ImuNoise, RecordingWriter};
+use std::path::Path;
+
+/// Counts of the stored depth per metre: TUM's, a fifth of a millimetre.
+const DEPTH_SCALE: f64 = 5000.0;
+
+impl Simulator {
+    /// Write all frames, the truth and the calibration as a recording at `path`, which must not
+    /// exist or be empty. Depth is rounded to 1/5000 m; nothing else is lost.
+    ///
+    /// # Errors
+    /// Those of the writer; the recording is then left as `<path>.partial`.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        self.write_with(path, |_| {})
+    }
+
+    /// [`Simulator::write`], telling the number of frames written after each.
+    ///
+    /// # Errors
+    /// As [`Simulator::write`].
+    pub fn write_with(&self, path: &Path, mut progress: impl FnMut(usize)) -> Result<()> {
+        let mut writer = RecordingWriter::create(path, self.config.calibration()?)?;
+        writer.set_truth(self.truth()?);
+        for simulated in self.frames() {
+            writer.push(&simulated?.frame)?;
+            progress(writer.len());
+        }
+        writer.finish()?;
+        Ok(())
+    }
+}
+
+impl SimConfig {
+    /// The calibration that a perfect calibration of these sensors would find.
+    ///
+    /// # Errors
+    /// Those of [`Calibration::of_camera`].
+    pub fn calibration(&self) -> Result<Calibration> {
+        let mut calibration = Calibration::of_camera(&self.camera, DEPTH_SCALE)?;
+        calibration.readout_s = (self.readout_s != 0.0).then_some(self.readout_s);
+        calibration.gravity_in_world_m_s2 = Some(crate::sensors::GRAVITY_M_S2);
+        if let Some(imu) = &self.imu {
+            calibration.gravity_in_world_m_s2 = Some(imu.gravity_m_s2);
+            calibration.camera_from_imu = Some(imu.camera_from_imu);
+            calibration.imu_noise = Some(ImuNoise {
+                gyroscope_noise_density: imu.gyroscope_noise_density,
+                gyroscope_random_walk: imu.gyroscope_random_walk,
+                accelerometer_noise_density: imu.accelerometer_noise_density,
+                accelerometer_random_walk: imu.accelerometer_random_walk,
+            });
+        }
+        Ok(calibration)
+    }
+}

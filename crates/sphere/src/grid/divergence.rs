@@ -1,0 +1,113 @@
+//! Divergence on the sphere as a balance of fluxes through the edges of each pixel.
+
+use super::lattice::{Axis, Sides};
+use super::{Border, SphereGrid};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use sphereflow_core::Result;
+
+impl SphereGrid {
+    /// Divergence on the sphere of the tangential part of `field` (one vector per pixel,
+    /// row-major, camera frame), per radian, with [`Border::Extrapolate`].
+    ///
+    /// The value is the mean over the pixel: the sum of the fluxes through its edges over its solid
+    /// angle. A flux is shared by both sides of an edge, so the theorem of Gauss holds to rounding
+    /// for every set of pixels. On the edge the field is the mean of both pixels: in pixel
+    /// coordinates the error of that mean is smooth, so that the balance is second order, although
+    /// pixels are neither equal nor rectangular on the sphere. The edge normal is orthogonal to
+    /// every ray of the edge: a radial part of the field counts only within the second order.
+    ///
+    /// NaN where the pixel is invalid or one of the values its fluxes read is NaN (its neighbours;
+    /// beside a border the two next pixels inwards).
+    ///
+    /// # Errors
+    /// [`Error::Shape`](sphereflow_core::Error::Shape) where the length is not that of the grid.
+    pub fn divergence(&self, field: &[Vector3<f64>]) -> Result<Vec<f64>> {
+        let mut out = vec![0.0; self.rays.len()];
+        self.divergence_into(field, Border::Extrapolate, &mut out)?;
+        Ok(out)
+    }
+
+    /// [`SphereGrid::divergence`] into the caller's buffer, without allocation.
+    ///
+    /// # Errors
+    /// [`Error::Shape`](sphereflow_core::Error::Shape) where a length is not that of the grid.
+    pub fn divergence_into(
+        &self,
+        field: &[Vector3<f64>],
+        border: Border,
+        out: &mut [f64],
+    ) -> Result<()> {
+        self.check_len("field", field.len())?;
+        self.balance_into(out, |axis, x, y| self.flux(axis, field, x, y, border))
+    }
+
+    /// The sum of the outward `flux(axis, x, y)` of each pixel over its solid angle.
+    pub(super) fn balance_into(
+        &self,
+        out: &mut [f64],
+        flux: impl Fn(Axis, usize, usize) -> f64 + Sync,
+    ) -> Result<()> {
+        self.check_len("out", out.len())?;
+        let rows = out.par_chunks_mut(self.width());
+        let rows = rows.zip(self.solid_angle.par_chunks(self.width()));
+        rows.enumerate().for_each(|(y, (out, areas))| {
+            let mut left = flux(Axis::X, 0, y);
+            for (x, (out, area)) in out.iter_mut().zip(areas).enumerate() {
+                let right = flux(Axis::X, x + 1, y);
+                let (top, bottom) = (flux(Axis::Y, x, y), flux(Axis::Y, x, y + 1));
+                *out = ((right - left) + (bottom - top)) / area;
+                left = right;
+            }
+        });
+        Ok(())
+    }
+
+    /// Flux of `field` through an edge, towards larger x or y.
+    pub(super) fn flux(
+        &self,
+        axis: Axis,
+        field: &[Vector3<f64>],
+        x: usize,
+        y: usize,
+        border: Border,
+    ) -> f64 {
+        let table = self.table(axis);
+        let normal = &table.edge(x, y).normal_length;
+        match table.sides(x, y) {
+            Sides::Closed => 0.0,
+            Sides::Inner => {
+                let (before, after) = self.lattice.beside(axis, x, y);
+                0.5 * normal.dot(&(field[before] + field[after]))
+            }
+            _ if border == Border::ZeroFlux => 0.0,
+            Sides::After => normal.dot(&self.border_value(axis, field, x, y, 1)),
+            Sides::Before => {
+                let (before, _) = self.lattice.beside(axis, x, y);
+                let (x, y) = (before % self.width(), before / self.width());
+                normal.dot(&self.border_value(axis, field, x, y, -1))
+            }
+        }
+    }
+
+    /// The field on the border beside pixel `(x, y)`, the inside being in direction `inwards`: the
+    /// mean of the pixel and of one extrapolated beyond the border. (Not the value extrapolated to
+    /// the border itself: the error of a mean of two is what the opposite edge has too, and only
+    /// equal errors cancel in the balance.)
+    fn border_value(
+        &self,
+        axis: Axis,
+        field: &[Vector3<f64>],
+        x: usize,
+        y: usize,
+        inwards: isize,
+    ) -> Vector3<f64> {
+        let inner = |steps| self.lattice.neighbour(axis, x, y, inwards * steps);
+        let own = field[y * self.width() + x];
+        match (inner(1), inner(2)) {
+            (Some(one), Some(two)) => own * 2.0 - field[one] * 1.5 + field[two] * 0.5,
+            (Some(one), None) => own * 1.5 - field[one] * 0.5,
+            _ => own,
+        }
+    }
+}

@@ -1,0 +1,70 @@
+"""sphereflow: where a moving camera is, and what the world around it looks like.
+
+A camera is a sphere of rays. From depth images the engine finds the camera's velocities, integrates
+them to a trajectory, and builds a map; every result carries a status and a covariance.
+
+Six lines on your own arrays::
+
+    import sphereflow as sf
+    camera = sf.Camera.pinhole(525, 525, 319.5, 239.5, 640, 480)
+    odometry = sf.odometry.DepthOdometry(camera)
+    for stamp_ns, depth_m in my_frames:          # (480, 640) float32 metres, NaN or 0 = unknown
+        result = odometry.push(depth_m, stamp_ns)
+        print(result.status, result.world_from_camera)
+
+Units are SI, stamps integer nanoseconds, quaternions x, y, z, w, camera axes x right, y down,
+z forward; see CONVENTIONS.md.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from sphereflow import errors, eval, io, odometry, sim, slam, sphere
+from sphereflow._native import Camera, SphereGrid, Trajectory, __version__, associate
+from sphereflow.errors import (
+    DataError,
+    DtypeError,
+    FileAccessError,
+    MissingExtraError,
+    MissingFileError,
+    ShapeError,
+    SphereflowError,
+    TimeOrderError,
+    ValueRangeError,
+)
+
+if TYPE_CHECKING:
+    from sphereflow.pipeline import run
+
+__all__ = [
+    "Camera",
+    "DataError",
+    "DtypeError",
+    "FileAccessError",
+    "MissingExtraError",
+    "MissingFileError",
+    "ShapeError",
+    "SphereGrid",
+    "SphereflowError",
+    "TimeOrderError",
+    "Trajectory",
+    "ValueRangeError",
+    "__version__",
+    "associate",
+    "errors",
+    "eval",
+    "io",
+    "odometry",
+    "run",
+    "sim",
+    "slam",
+    "sphere",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the pipeline only when it is used: `import sphereflow` stays quick."""
+    if name == "run":
+        from sphereflow.pipeline import run
+
+        return run
+    raise AttributeError(f"module 'sphereflow' has no attribute {name!r}")

@@ -1,0 +1,5 @@
+"""Velocity and trajectory from depth images: the geometric flow of Chapter 6."""
+
+from sphereflow._native import DepthOdometry, OdometryResult, VelocityEstimate, estimate_velocity
+
+__all__ = ["DepthOdometry", "OdometryResult", "VelocityEstimate", "estimate_velocity"]
