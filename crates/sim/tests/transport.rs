@@ -1,4 +1,5 @@
 //! The transport equations of the sphere, on exact simulated fields.
+#![allow(clippy::unwrap_used)] // helpers of tests fail as tests do
 
 use nalgebra::{Vector2, Vector3};
 use sphereflow_sim::{Motion, Scene};

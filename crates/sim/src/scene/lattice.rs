@@ -1,5 +1,11 @@
 //! Hashed random values on a lattice, blended between its points: the ground of natural textures.
 
+/// Values of a lattice point before they are brought to [-1, 1]: whole numbers up to [`LARGEST`].
+/// Four of them fill one vector register; blending is linear, so the scale can wait.
+type Raw = [f32; 4];
+
+const LARGEST: f32 = 65_535.0;
+
 /// Whole and fractional part, without a call into the maths library.
 #[inline]
 pub(super) fn split(x: f64) -> (i64, f64) {
@@ -8,9 +14,8 @@ pub(super) fn split(x: f64) -> (i64, f64) {
     (whole, x - whole as f64)
 }
 
-/// Three independent values in [-1, 1] of a lattice point.
 #[inline]
-pub(super) fn hashed(seed: u64, x: i64, y: i64, z: i64) -> [f64; 3] {
+fn raw(seed: u64, x: i64, y: i64, z: i64) -> Raw {
     let mut h = seed
         ^ (x as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
         ^ (y as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F)
@@ -18,19 +23,38 @@ pub(super) fn hashed(seed: u64, x: i64, y: i64, z: i64) -> [f64; 3] {
     h = (h ^ (h >> 32)).wrapping_mul(0xD6E8_FEB8_6659_FD93);
     h = (h ^ (h >> 32)).wrapping_mul(0xD6E8_FEB8_6659_FD93);
     h ^= h >> 32;
-    let part = |shift: u32| ((h >> shift) & 0x1F_FFFF) as i64 as f64 * (2.0 / 2_097_151.0) - 1.0;
-    [part(0), part(21), part(42)]
+    [0, 16, 32, 48].map(|shift| ((h >> shift) & 0xFFFF) as i32 as f32)
+}
+
+/// Three values in [-1, 1].
+#[inline]
+fn scaled([a, b, c, _]: Raw) -> [f64; 3] {
+    [a, b, c].map(|v| f64::from(v * (2.0 / LARGEST) - 1.0))
+}
+
+/// Three independent values in [-1, 1] of a lattice point.
+#[inline]
+pub(super) fn hashed(seed: u64, x: i64, y: i64, z: i64) -> [f64; 3] {
+    scaled(raw(seed, x, y, z))
 }
 
 /// Weight of the next cell at fraction `f` of the way between two centres: a ramp of width `edge`
 /// (in cells) in the middle.
 #[inline]
-fn ramp(f: f64, edge: f64) -> f64 {
-    ((f - 0.5) / edge + 0.5).clamp(0.0, 1.0)
+fn ramp(f: f64, edge: f64) -> f32 {
+    ((f - 0.5) / edge + 0.5).clamp(0.0, 1.0) as f32
 }
 
+/// `a` at weight 0, `b` at weight 1. Most points of a tile lie on its plateau and need one of them.
 #[inline]
-fn blend(a: [f64; 3], b: [f64; 3], w: f64) -> [f64; 3] {
+fn blend(w: f32, a: impl FnOnce() -> Raw, b: impl FnOnce() -> Raw) -> Raw {
+    if w == 0.0 {
+        return a();
+    }
+    if w == 1.0 {
+        return b();
+    }
+    let (a, b) = (a(), b());
     std::array::from_fn(|i| a[i] + w * (b[i] - a[i]))
 }
 
@@ -40,23 +64,8 @@ fn blend(a: [f64; 3], b: [f64; 3], w: f64) -> [f64; 3] {
 pub(super) fn cells_2d(seed: u64, u: f64, v: f64, edge: f64) -> [f64; 3] {
     let ((i, fu), (j, fv)) = (split(u - 0.5), split(v - 0.5));
     let (wu, wv) = (ramp(fu, edge), ramp(fv, edge));
-    // Most points of a tile lie in its plateau: one hash instead of four.
-    let along = |j: i64| {
-        if wu == 0.0 {
-            hashed(seed, i, j, 0)
-        } else if wu == 1.0 {
-            hashed(seed, i + 1, j, 0)
-        } else {
-            blend(hashed(seed, i, j, 0), hashed(seed, i + 1, j, 0), wu)
-        }
-    };
-    if wv == 0.0 {
-        along(j)
-    } else if wv == 1.0 {
-        along(j + 1)
-    } else {
-        blend(along(j), along(j + 1), wv)
-    }
+    let along = |j: i64| blend(wu, || raw(seed, i, j, 0), || raw(seed, i + 1, j, 0));
+    scaled(blend(wv, || along(j), || along(j + 1)))
 }
 
 /// Random cells of unit size in space.
@@ -64,19 +73,7 @@ pub(super) fn cells_2d(seed: u64, u: f64, v: f64, edge: f64) -> [f64; 3] {
 pub(super) fn cells_3d(seed: u64, p: [f64; 3], edge: f64) -> [f64; 3] {
     let [(i, fx), (j, fy), (k, fz)] = p.map(|c| split(c - 0.5));
     let [wx, wy, wz] = [fx, fy, fz].map(|f| ramp(f, edge));
-    let along = |j: i64, k: i64| match wx {
-        0.0 => hashed(seed, i, j, k),
-        1.0 => hashed(seed, i + 1, j, k),
-        _ => blend(hashed(seed, i, j, k), hashed(seed, i + 1, j, k), wx),
-    };
-    let across = |k: i64| match wy {
-        0.0 => along(j, k),
-        1.0 => along(j + 1, k),
-        _ => blend(along(j, k), along(j + 1, k), wy),
-    };
-    match wz {
-        0.0 => across(k),
-        1.0 => across(k + 1),
-        _ => blend(across(k), across(k + 1), wz),
-    }
+    let along = |j: i64, k: i64| blend(wx, || raw(seed, i, j, k), || raw(seed, i + 1, j, k));
+    let across = |k: i64| blend(wy, || along(j, k), || along(j + 1, k));
+    scaled(blend(wz, || across(k), || across(k + 1)))
 }
