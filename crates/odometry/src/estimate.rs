@@ -25,9 +25,13 @@ pub struct VelocityEstimate {
     pub twist: Option<Twist>,
     /// Covariance of the twist in the order `[omega, v]`, with [`crate::CovarianceModel`] applied.
     /// `None` where lost.
+    ///
+    /// Thesis: section 6.4
     pub covariance: Option<Matrix6<f64>>,
     /// 0 (some direction of motion changes nothing) to 1; square root of smallest over largest
-    /// eigenvalue of the information, rotations scaled by the mean range. Thesis: Theorem 3
+    /// eigenvalue of the information, rotations scaled by the mean range.
+    ///
+    /// Thesis: Theorem 3
     pub score: f64,
     /// Directions below [`Config::weak_score`].
     pub weak_directions: Vec<WeakDirection>,

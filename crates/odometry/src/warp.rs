@@ -7,8 +7,9 @@ use rayon::prelude::*;
 use sphereflow_core::Pose;
 use sphereflow_sphere::Camera;
 
-/// Each step divides the error by the share that the motion changes the range by.
-const FIXED_POINT_STEPS: usize = 2;
+/// The first image's own range is the guess, which the motion found so far makes nearly right: one
+/// step leaves an error of second order in what is still wrong with the motion.
+const FIXED_POINT_STEPS: usize = 1;
 
 /// Looks up a second image from the pose of the first.
 pub(crate) struct Warp<'a> {
