@@ -75,7 +75,7 @@ fn sphere_camera(criterion: &mut Criterion) {
                     let seen = rays
                         .iter()
                         .filter_map(|r| camera.project_with_jacobian(black_box(r)));
-                    seen.map(|(_, jacobian)| jacobian.x).sum::<f64>()
+                    seen.map(|(_, jacobian)| jacobian[(0, 0)]).sum::<f64>()
                 });
             },
         );

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent / "tools")]
 
 
 @pytest.fixture(scope="session")
@@ -19,3 +19,18 @@ def recordings() -> Path:
     if not path.is_dir():
         pytest.fail(f"SPHEREFLOW_DATA={folder} is not a folder")
     return path
+
+
+@pytest.fixture
+def known_answers(monkeypatch: pytest.MonkeyPatch):
+    """The pipeline around an odometry and a map that know the answer; returns the odometry."""
+    import fakes
+    import sphereflow.odometry
+    import sphereflow.slam
+
+    class Odometry(fakes.FakeOdometry):
+        pass
+
+    monkeypatch.setattr(sphereflow.odometry, "DepthOdometry", Odometry)
+    monkeypatch.setattr(sphereflow.slam, "VoxelCloud", fakes.FakeCloud)
+    return Odometry

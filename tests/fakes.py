@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 
 import numpy as np
-
 import sphereflow
 
 STEP_NS = 33_333_333
@@ -51,7 +50,6 @@ class FakeRecording:
     kind: str = "fake"
     calibration_source: str = "made up for a test"
     warnings: list[str] = field(default_factory=list)
-    imu: dict[str, np.ndarray] = field(default_factory=dict)
     has_truth: bool = True
     camera: SimpleNamespace = field(
         default_factory=lambda: SimpleNamespace(
@@ -116,11 +114,11 @@ class FakeOdometry:
 
     def push(self, depth_m, stamp_ns):
         index = round((stamp_ns - FIRST_NS) / STEP_NS)
-        lost = index in self.lost
+        lost = index in self.lost or depth_m is None
         status = "lost" if lost else "started" if index == 0 else "tracked"
         return SimpleNamespace(
             status=status,
-            reason=f"{index} usable domains, 8 needed" if lost else None,
+            reason=_reason(index, depth_m) if lost else None,
             has_pose=not lost,
             world_from_camera=np.linalg.inv(true_pose(0)) @ true_pose(index),
             linear_m_s=np.array([0.1, 0.0, 1.2]),
@@ -129,6 +127,12 @@ class FakeOdometry:
             score=0.4,
             timings_ms={"pyramid": 0.5, "solve": 1.5},
         )
+
+
+def _reason(index, depth_m):
+    if depth_m is None:
+        return "the frame has no depth image"
+    return f"{index} usable domains, 8 needed"
 
 
 class FakeCloud:

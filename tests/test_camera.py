@@ -2,24 +2,30 @@
 
 import numpy as np
 import pytest
-
 import sphereflow as sf
 
 WIDTH, HEIGHT = 640, 480
 CAMERAS = {
     "pinhole": sf.Camera.pinhole(525.0, 520.0, 319.5, 239.5, WIDTH, HEIGHT),
     "opencv": sf.Camera.opencv(
-        517.3, 516.5, 318.6, 255.3, WIDTH, HEIGHT,
-        k1=0.2624, k2=-0.9531, p1=-0.0054, p2=0.0026, k3=1.1633,
+        517.3,
+        516.5,
+        318.6,
+        255.3,
+        WIDTH,
+        HEIGHT,
+        k1=0.2624,
+        k2=-0.9531,
+        p1=-0.0054,
+        p2=0.0026,
+        k3=1.1633,
     ),
     "fov": sf.Camera.fov(320.0, 320.0, 319.5, 239.5, 0.93, WIDTH, HEIGHT),
     "kannala_brandt": sf.Camera.kannala_brandt(
         250.0, 250.0, 319.5, 239.5, 0.01, -0.005, 0.002, -0.0005, WIDTH, HEIGHT
     ),
     "unified": sf.Camera.unified(300.0, 300.0, 319.5, 239.5, 0.6, WIDTH, HEIGHT),
-    "double_sphere": sf.Camera.double_sphere(
-        300.0, 300.0, 319.5, 239.5, -0.2, 0.55, WIDTH, HEIGHT
-    ),
+    "double_sphere": sf.Camera.double_sphere(300.0, 300.0, 319.5, 239.5, -0.2, 0.55, WIDTH, HEIGHT),
     "equirectangular": sf.Camera.equirectangular(1024, 512),
 }
 ROUND_TRIP_PX = 1e-9  # the figure promised for every model over its valid domain
@@ -54,7 +60,9 @@ def test_camera_nan_intrinsic_is_named() -> None:
 
 
 def test_camera_wrong_shape_names_argument_and_both_shapes() -> None:
-    with pytest.raises(sf.ShapeError, match=r"points_in_camera: expected shape \(N, 3\), found \(4, 2\)"):
+    with pytest.raises(
+        sf.ShapeError, match=r"points_in_camera: expected shape \(N, 3\), found \(4, 2\)"
+    ):
         CAMERAS["pinhole"].project(np.zeros((4, 2)))
     with pytest.raises(sf.DtypeError, match="pixels"):
         CAMERAS["pinhole"].unproject(np.array([["a", "b"]]))

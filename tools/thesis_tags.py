@@ -48,6 +48,7 @@ RUST_ITEM = re.compile(
 PYTHON_ITEM = re.compile(r"^\s*(?:async\s+)?(?:def|class)\s+(?P<name>\w+)")
 RUST_SKIP = re.compile(r"^\s*(?://|#!?\[|$|\)\]|\])")
 PYTHON_SKIP = re.compile(r"^\s*(?:#|@|$)")
+TEST_FILE = re.compile(r"(?:\w+_)?tests?\.rs|test_\w+\.py|conftest\.py")
 TEST_MODULE = re.compile(r"^\s*#\[cfg\((?:all\()?test\b")
 
 
@@ -159,7 +160,7 @@ def role_of(name: str, lines: list[str], index: int, *, rust: bool) -> Role:
     """Whether a line is part of a test, of the code, or of a bench or an example."""
     parts = name.split("/")
     file = parts[-1]
-    if "tests" in parts or file in ("tests.rs", "conftest.py") or file.startswith("test_"):
+    if "tests" in parts or TEST_FILE.fullmatch(file):
         return "test"
     if rust and any(_opens_tests(lines, above) for above in range(index)):
         return "test"

@@ -150,6 +150,7 @@ class Trajectory:
 def associate(
     stamp_ns_a: ArrayLike, stamp_ns_b: ArrayLike, max_difference_s: float
 ) -> NDArray[np.int64]: ...
+
 @final
 class VelocityEstimate:
     @property
@@ -184,6 +185,7 @@ def estimate_velocity(
     warps: int | None = None,
     domains: int | None = None,
 ) -> VelocityEstimate: ...
+
 @final
 class OdometryResult:
     @property
@@ -287,6 +289,7 @@ def open_recording(
     depth_scale: float | None = None,
     sync_tolerance_s: float | None = None,
 ) -> Recording: ...
+
 @final
 class RecordingWriter:
     def __new__(
@@ -328,9 +331,7 @@ class Simulator:
     def __new__(
         cls,
         *,
-        scene: Literal[
-            "furnished_room", "thesis_room", "ellipsoid", "sphere"
-        ] = "furnished_room",
+        scene: Literal["furnished_room", "thesis_room", "ellipsoid", "sphere"] = "furnished_room",
         motion: Literal[
             "room_tour", "hand_held", "trolley", "sinusoids_411", "still"
         ] = "room_tour",
@@ -363,6 +364,12 @@ class Simulator:
     def warnings(self) -> list[str]: ...
     @property
     def notes(self) -> list[str]: ...
+    @property
+    def sync(self) -> dict[str, float] | None: ...
+    @property
+    def imu(self) -> dict[str, NDArray[Any]]: ...
+    @property
+    def mag(self) -> dict[str, NDArray[Any]]: ...
     def frames(self, start: int = 0, stop: int | None = None) -> SimulatedFrames: ...
     def render(
         self, world_from_camera: ArrayLike

@@ -27,9 +27,10 @@ def inspect_recording(recording: RecordingLike) -> dict[str, Any]:
         "timing": timing_of_stamps(recording.stamp_ns),
         "streams": streams_of(recording),
         "sync": sync_of(recording),
-        "truth_poses": 0 if recording.truth is None else len(recording.truth),
+        "truth_poses": 0 if recording.truth is None else len(recording.truth.stamp_ns),
         "calibration": calibration_of(recording),
         "depth": depth_of(recording),
+        "notes": [str(text) for text in getattr(recording, "notes", [])],
         "warnings": [str(text) for text in recording.warnings],
     }
     found["hints"] = hints(found)
@@ -73,24 +74,28 @@ def hints(found: dict[str, Any]) -> list[str]:
     depth, calibration = found["depth"], found["calibration"]
     if depth["frames_with_depth"] == 0:
         texts.append("no frame that was looked at has depth: only recordings with depth can be run")
-    median = depth["metres"].get("p50")
-    low, high = PLAUSIBLE_MEDIAN_M
-    if median is not None and not low <= median <= high:
-        used = calibration["depth_scale_counts_per_m"]
-        others = [
-            f"{scale:g} ({who}) would make it {median * used / scale:.3g} m"
-            for scale, who in USUAL_SCALES.items()
-            if low <= median * used / scale <= high
-        ]
-        hint = f"the median depth is {median:.4g} m: is the depth scale {used:g} right?"
-        texts.append(" ".join([hint, *others]))
+    texts += _depth_scale_hints(depth["metres"], calibration["depth_scale_counts_per_m"])
+    if calibration["model"] is None:
+        texts.append("no calibration: give one with --calibration FILE")
     if depth["metres"] and depth["known_share"] < 0.2:
         texts.append(f"only {100 * depth['known_share']:.0f} % of the pixels have a depth")
-    gaps = found["timing"]["gaps"]
-    if gaps and gaps["count"]:
-        texts.append(f"{gaps['count']} gaps in time, the longest {gaps['longest_s']:.3f} s")
     if found["timing"].get("not_increasing"):
         texts.append(f"{found['timing']['not_increasing']} times do not increase")
     if not calibration["colour_registered"]:
         texts.append("colour is not registered to depth: the map has no colours")
     return texts
+
+
+def _depth_scale_hints(metres: dict[str, float], used: float | None) -> list[str]:
+    """Whether the depth is that of a camera's surroundings, and which scale would make it so."""
+    median = metres.get("p50")
+    low, high = PLAUSIBLE_MEDIAN_M
+    if median is None or used is None or low <= median <= high:
+        return []
+    others = [
+        f"{scale:g} ({who}) would make it {median * used / scale:.3g} m"
+        for scale, who in USUAL_SCALES.items()
+        if low <= median * used / scale <= high
+    ]
+    hint = f"the median depth is {median:.4g} m: is the depth scale {used:g} right?"
+    return [" ".join([hint, *others])]

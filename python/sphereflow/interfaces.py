@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,19 +52,43 @@ class FrameLike(Protocol):
         """Depth (H, W), or None."""
 
 
-@runtime_checkable
 class RecordingLike(Protocol):
-    """A data set that is open: its length, its camera, its frames one after the other."""
+    """A data set that is open: its length, its camera, its frames one after the other.
 
-    kind: str
-    stamp_ns: Stamps
-    camera: Any
-    depth_scale: float
-    truth: Any
-    calibration_source: str
-    colour_registered: bool
-    warnings: Any
-    imu: Any
+    ``sync``, ``imu`` and ``notes`` are used too where a recording has them.
+    """
+
+    @property
+    def kind(self) -> str:
+        """Which data set it is, or what made it."""
+
+    @property
+    def stamp_ns(self) -> Stamps:
+        """Times of all frames, integer nanoseconds (N,)."""
+
+    @property
+    def camera(self) -> Any:
+        """The camera of the depth images, or None where no calibration was found."""
+
+    @property
+    def calibration_source(self) -> str:
+        """Where the calibration is from, in words."""
+
+    @property
+    def depth_scale(self) -> float | None:
+        """Depth counts per metre, or None where depth has no counts."""
+
+    @property
+    def colour_registered(self) -> bool:
+        """Whether a pixel of the colour image sees what the same pixel of the depth image does."""
+
+    @property
+    def truth(self) -> TrajectoryLike | None:
+        """The true motion, or None."""
+
+    @property
+    def warnings(self) -> list[str]:
+        """What was wrong with the data, in words."""
 
     def __len__(self) -> int: ...  # noqa: D105
 
@@ -75,15 +99,37 @@ class RecordingLike(Protocol):
 class MotionLike(Protocol):
     """What an odometry says of one frame."""
 
-    status: str
-    reason: str | None
-    has_pose: bool
-    world_from_camera: Array
-    linear_m_s: Array
-    angular_rad_s: Array
-    covariance: Array
-    score: float
-    timings_ms: Mapping[str, float]
+    @property
+    def status(self) -> str:
+        """``started``, ``tracked``, ``weak``, ``lost`` or ``skipped``."""
+
+    @property
+    def reason(self) -> str | None:
+        """Why it is weak, lost or skipped."""
+
+    @property
+    def has_pose(self) -> bool:
+        """Whether the pose was measured or defined, and not only predicted."""
+
+    @property
+    def world_from_camera(self) -> Array:
+        """The pose (4, 4)."""
+
+    @property
+    def linear_m_s(self) -> Array:
+        """Linear velocity in the camera's frame (3,)."""
+
+    @property
+    def angular_rad_s(self) -> Array:
+        """Angular velocity in the camera's frame (3,)."""
+
+    @property
+    def score(self) -> float:
+        """How well determined the motion is, 0 to 1."""
+
+    @property
+    def timings_ms(self) -> Mapping[str, float]:
+        """Milliseconds by stage."""
 
 
 class ViewerLike(Protocol):

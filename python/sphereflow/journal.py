@@ -17,7 +17,6 @@ from sphereflow.interfaces import MotionLike
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
-NO_DEPTH = "the frame has no depth image"
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
@@ -39,12 +38,14 @@ class Journal:
     """The frames of a run in their order."""
 
     entries: list[Entry] = field(default_factory=list)
+    pushed: int = 0
     with_depth: int = 0
     timings_ms: Counter[str] = field(default_factory=Counter)
 
-    def motion(self, stamp_ns: int, motion: MotionLike) -> None:
+    def motion(self, stamp_ns: int, motion: MotionLike, *, with_depth: bool) -> None:
         """Note what the odometry said; a pose that it only predicted is not kept."""
-        self.with_depth += 1
+        self.pushed += 1
+        self.with_depth += with_depth
         pose = np.array(motion.world_from_camera, dtype=np.float64) if motion.has_pose else None
         # A velocity is a measurement only where the motion was measured.
         measured = motion.status in ("tracked", "weak")

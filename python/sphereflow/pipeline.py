@@ -14,7 +14,7 @@ from sphereflow import eval as evaluation
 from sphereflow import io, odometry, slam
 from sphereflow.eval.relations import Relation
 from sphereflow.interfaces import RecordingLike, ViewerLike
-from sphereflow.journal import NO_DEPTH, Journal
+from sphereflow.journal import Journal
 from sphereflow.report import build_report, write_report
 from sphereflow.result_folder import REPORT, ResultFolder
 
@@ -168,19 +168,16 @@ def _track(
     total = len(recording) if max_frames is None else min(max_frames, len(recording))
     sample = None
     for index, frame in _decoded(recording, total, journal, watch):
-        motion = None
-        if frame.depth_m is None:
-            journal.failure(frame.stamp_ns, "lost", NO_DEPTH)
-        else:
-            with watch("odometry"):
-                motion = estimator.push(frame.depth_m, frame.stamp_ns)
-            journal.motion(frame.stamp_ns, motion)
-            if motion.has_pose and index % MAP_EVERY == 0:
-                colour = frame.colour if recording.colour_registered else None
-                with watch("map"):
-                    cloud.add(frame.depth_m, colour, recording.camera, motion.world_from_camera)
-            if sample is None or index <= total // 2:
-                sample = frame
+        depth_m = frame.depth_m
+        with watch("odometry"):
+            motion = estimator.push(depth_m, frame.stamp_ns)
+        journal.motion(frame.stamp_ns, motion, with_depth=depth_m is not None)
+        if depth_m is not None and motion.has_pose and index % MAP_EVERY == 0:
+            colour = frame.colour if recording.colour_registered else None
+            with watch("map"):
+                cloud.add(depth_m, colour, recording.camera, motion.world_from_camera)
+        if depth_m is not None and (sample is None or index <= total // 2):
+            sample = frame
         if viewer is not None:
             with watch("view"):
                 viewer.frame(index, frame, motion)
@@ -256,7 +253,7 @@ def _pictures(
     folder: Path, journal: Journal, recording: RecordingLike, cloud: slam.VoxelCloud, sample: Any
 ) -> str | None:
     """Draw the run; a text says why not, where matplotlib is not installed."""
-    from sphereflow.plots import MissingPlotLibrary, draw_run
+    from sphereflow.plots import draw_run
 
     try:
         draw_run(
@@ -267,7 +264,7 @@ def _pictures(
             depth_m=None if sample is None else sample.depth_m,
             max_difference_s=TRUTH_DIFFERENCE_S,
         )
-    except MissingPlotLibrary as error:
+    except sphereflow.MissingExtraError as error:
         return f"no pictures: {error}"
     return None
 
@@ -281,11 +278,15 @@ def _viewer(recording: RecordingLike, path: Path) -> ViewerLike:
 def _opened(
     data: str | Path | RecordingLike, calibration: str | Path | None, depth_scale: float | None
 ) -> RecordingLike:
-    if not isinstance(data, (str, Path)):
-        return data
-    recording: RecordingLike = io.open_recording(
-        data, calibration=calibration, depth_scale=depth_scale
+    recording: RecordingLike = (
+        io.open_recording(data, calibration=calibration, depth_scale=depth_scale)
+        if isinstance(data, (str, Path))
+        else data
     )
+    if recording.camera is None:
+        raise sphereflow.DataError(
+            f"no calibration was found ({recording.calibration_source}): give a calibration file"
+        )
     return recording
 
 

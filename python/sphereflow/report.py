@@ -48,32 +48,39 @@ def timing_of_stamps(stamp_ns: Stamps) -> dict[str, Any]:
     }
 
 
-def sync_of(recording: RecordingLike) -> dict[str, Any] | None:
-    """Time between colour and depth of a frame, where the reader tells it (``sync_error_ns``)."""
-    errors = getattr(recording, "sync_error_ns", None)
-    if errors is None or len(errors) == 0:
-        return None
-    sizes = np.abs(np.asarray(errors, dtype=np.float64)) / 1e9
-    return {"median_s": float(np.median(sizes)), "longest_s": float(sizes.max())}
+def sync_of(recording: RecordingLike) -> dict[str, float] | None:
+    """How colour and depth were paired in time, where the reader tells it."""
+    sync = getattr(recording, "sync", None)
+    return None if sync is None else {str(name): float(value) for name, value in sync.items()}
 
 
 def streams_of(recording: RecordingLike) -> dict[str, Any]:
     """Timing of each inertial stream that has stamps of its own."""
-    imu = recording.imu or {}
-    stamps = imu.get("stamp_ns") if isinstance(imu, Mapping) else None
-    return {} if stamps is None or len(stamps) == 0 else {"imu": timing_of_stamps(stamps)}
+    streams = {}
+    for name in ("imu", "mag"):
+        samples = getattr(recording, name, None) or {}
+        stamps = samples.get("stamp_ns")
+        if stamps is not None and len(stamps):
+            streams[name] = timing_of_stamps(stamps)
+    return streams
 
 
 def calibration_of(recording: RecordingLike) -> dict[str, Any]:
     """The calibration used and where it is from."""
-    camera = recording.camera
+    camera, scale = recording.camera, recording.depth_scale
+    model: dict[str, Any] = {"model": None, "width": None, "height": None, "parameters": {}}
+    if camera is not None:
+        parameters = {name: float(value) for name, value in dict(camera.parameters).items()}
+        model = {
+            "model": str(camera.model),
+            "width": int(camera.width),
+            "height": int(camera.height),
+            "parameters": parameters,
+        }
     return {
         "source": str(recording.calibration_source),
-        "model": str(camera.model),
-        "width": int(camera.width),
-        "height": int(camera.height),
-        "parameters": {name: float(value) for name, value in dict(camera.parameters).items()},
-        "depth_scale_counts_per_m": float(recording.depth_scale),
+        **model,
+        "depth_scale_counts_per_m": None if scale is None else float(scale),
         "colour_registered": bool(recording.colour_registered),
     }
 
@@ -127,7 +134,7 @@ def build_report(
         "warnings": {"count": len(warnings), "texts": warnings},
         "seconds": {name: float(value) for name, value in seconds.items()},
         "odometry_ms_per_frame": {
-            name: total / max(journal.with_depth, 1) for name, total in journal.timings_ms.items()
+            name: total / max(journal.pushed, 1) for name, total in journal.timings_ms.items()
         },
         "frames_per_s": frames / busy_s if busy_s > 0.0 else None,
         "peak_memory_bytes": peak_memory_bytes(),

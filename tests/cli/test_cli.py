@@ -7,10 +7,9 @@ import json
 import fakes
 import numpy as np
 import pytest
-from typer.testing import CliRunner
-
 import sphereflow
 from sphereflow.cli import app
+from typer.testing import CliRunner
 
 VERBS = ("run", "demo", "sim", "info", "ape", "rpe", "traj", "view")
 runner = CliRunner()
@@ -134,6 +133,22 @@ def test_traj_converts_one_file_but_not_two(pair, tmp_path):
 def test_traj_plot_draws_all_files(pair, tmp_path):
     assert invoke("traj", *pair, "--plot", tmp_path / "both.png").exit_code == 0
     assert (tmp_path / "both.png").stat().st_size > 10_000
+
+
+def test_file_that_repeats_a_stamp_is_read_with_a_warning(pair, tmp_path):
+    lines = pair[0].read_text().splitlines()
+    repeated = tmp_path / "repeated.tum"
+    repeated.write_text("\n".join([*lines[:9], lines[8], lines[4], *lines[9:]]) + "\n")
+    result = invoke("ape", repeated, pair[1], "-as")
+    assert result.exit_code == 0, result.stderr
+    assert "2 rows left out, the time does not increase" in result.stderr
+    assert "matched poses  60" in result.output
+
+
+def test_ape_of_a_file_that_is_no_trajectory_names_the_line(pair, tmp_path):
+    text = tmp_path / "text.tum"
+    text.write_text("1.0 2.0 three\n")
+    assert_user_error(invoke("ape", pair[0], text), 1, "text.tum:1")
 
 
 @pytest.fixture

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
-import sphereflow
+from sphereflow.cli.files import read_trajectory
 from sphereflow.eval import ape, rpe
 
 ASSOCIATION_S = 0.02
@@ -14,7 +13,7 @@ ASSOCIATION_S = 0.02
 
 def pair(recordings: Path, truth: str, estimate: str):
     folder = recordings / "trajectories" / "evo"
-    return sphereflow.Trajectory.read(folder / truth), sphereflow.Trajectory.read(folder / estimate)
+    return read_trajectory(folder / truth), read_trajectory(folder / estimate)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import fakes
 import numpy as np
 import pytest
-
 import sphereflow
 from sphereflow.eval import ape, rpe
 from sphereflow.eval.association import one_to_one

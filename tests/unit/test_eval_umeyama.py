@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sphereflow
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-import sphereflow
 from sphereflow.eval import umeyama
 from sphereflow.eval.rotations import angles_rad, matrices_from_quat_xyzw, quat_xyzw_from_matrix
 

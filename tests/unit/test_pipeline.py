@@ -7,7 +7,6 @@ import json
 import fakes
 import numpy as np
 import pytest
-
 import sphereflow
 from sphereflow.pipeline import run
 

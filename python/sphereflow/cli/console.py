@@ -13,8 +13,6 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import sphereflow
-from sphereflow.plots import MissingPlotLibrary
-from sphereflow.viz import MissingViewer
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -37,11 +35,11 @@ def user_errors(next_step: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
         def guarded(*args: P.args, **kwargs: P.kwargs) -> R:
             try:
                 return verb(*args, **kwargs)
-            except (MissingPlotLibrary, MissingViewer) as error:
-                # These say themselves what to do.
+            except sphereflow.MissingExtraError as error:
+                # It says itself what to do.
                 raise stop(str(error), None, FAILED) from error
             except sphereflow.SphereflowError as error:
-                misused = isinstance(error, sphereflow.ValueRangeError)
+                misused = isinstance(error, (sphereflow.ValueRangeError, sphereflow.ShapeError))
                 raise stop(str(error), next_step, MISUSED if misused else FAILED) from error
             except OSError as error:
                 raise stop(_os_error_text(error), next_step, FAILED) from error

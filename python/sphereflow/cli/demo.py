@@ -62,5 +62,6 @@ def demo(
             progress=progress,
         )
     if keep_recording:
-        recording.write(result.folder / "recording")
+        with progress_bar("writing") as progress:
+            recording.write(result.folder / "recording", progress=progress)
     finish(result, min_coverage)

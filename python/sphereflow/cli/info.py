@@ -44,28 +44,35 @@ def info(
 
 
 def _rows(found: dict[str, Any]) -> list[tuple[str, str]]:
-    calibration, depth, sync = found["calibration"], found["depth"], found["sync"]
-    named = ", ".join(f"{name} {value:g}" for name, value in calibration["parameters"].items())
     rows = [
         ("kind", found["kind"]),
         ("frames", _stream(found["timing"])),
         *((name, _stream(timing)) for name, timing in found["streams"].items()),
         ("truth", f"{found['truth_poses']} poses" if found["truth_poses"] else "none"),
-        ("camera", f"{calibration['model']} {calibration['width']}x{calibration['height']}"),
-        ("parameters", named),
-        ("calibration", calibration["source"]),
-        ("depth scale", f"{calibration['depth_scale_counts_per_m']:g} counts per metre"),
+        *_camera_rows(found["calibration"]),
     ]
-    if sync is not None:
-        text = f"colour to depth {sync['median_s']:.4f} s, at most {sync['longest_s']:.4f} s"
-        rows.append(("sync", text))
+    if found["sync"]:
+        rows.append(("sync", ", ".join(f"{k} {value:g}" for k, value in found["sync"].items())))
+    depth = found["depth"]
     if depth["metres"]:
         metres = depth["metres"]
         spread = f"{metres['p1']:.2f} to {metres['p99']:.2f} m, median {metres['p50']:.2f} m"
         rows.append(("depth", f"{spread}, {100 * depth['known_share']:.0f} % known"))
     rows += [("unreadable", text) for text in depth["unreadable"]]
-    rows += [("warning", text) for text in found["warnings"]]
-    rows += [("hint", text) for text in found["hints"]]
+    for kind in ("note", "warning", "hint"):
+        rows += [(kind, text) for text in found[f"{kind}s"]]
+    return rows
+
+
+def _camera_rows(calibration: dict[str, Any]) -> list[tuple[str, str]]:
+    rows = [("calibration", calibration["source"])]
+    if calibration["model"] is not None:
+        size = f"{calibration['width']}x{calibration['height']}"
+        named = ", ".join(f"{name} {value:g}" for name, value in calibration["parameters"].items())
+        rows += [("camera", f"{calibration['model']} {size}"), ("parameters", named)]
+    if calibration["depth_scale_counts_per_m"] is not None:
+        scale = calibration["depth_scale_counts_per_m"]
+        rows.append(("depth scale", f"{scale:g} counts per metre"))
     return rows
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sphereflow.cli.console import print_rows, user_errors
+from sphereflow.cli.console import print_rows, progress_bar, user_errors
 
 EXAMPLES = """[bold]Examples[/bold]
 
@@ -34,5 +34,6 @@ def sim(
     from sphereflow import sim as simulator
 
     recording = simulator.demo(seed=seed)
-    recording.write(out)
+    with progress_bar("simulating") as progress:
+        recording.write(out, progress=progress)
     print_rows([("frames", str(len(recording))), ("recording", str(out))])

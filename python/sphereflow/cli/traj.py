@@ -10,6 +10,7 @@ import typer
 
 import sphereflow
 from sphereflow.cli.console import print_rows, user_errors
+from sphereflow.cli.files import FORMATS, Format, read_trajectory
 from sphereflow.report import path_length_m, timing_of_stamps
 
 EXAMPLES = """[bold]Examples[/bold]
@@ -30,7 +31,7 @@ def register(app: typer.Typer) -> None:
 def traj(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Trajectory files.")],
     file_format: Annotated[
-        str | None, typer.Option("--format", help="tum, kitti or euroc; guessed if not given.")
+        Format | None, typer.Option("--format", help="Format of the files, if not guessed right.")
     ] = None,
     save_as_tum: Annotated[
         Path | None, typer.Option("--save_as_tum", "--save-as-tum", help="Write TUM to this file.")
@@ -48,16 +49,16 @@ def traj(
     ] = None,
 ) -> None:
     """Print what trajectory files hold, convert one, or draw several."""
-    targets = {"tum": save_as_tum, "kitti": save_as_kitti, "euroc": save_as_euroc}
+    targets = {Format.TUM: save_as_tum, Format.KITTI: save_as_kitti, Format.EUROC: save_as_euroc}
     wanted = {name: path for name, path in targets.items() if path is not None}
     if wanted and len(files) != 1:
         raise typer.BadParameter(f"one file can be converted at a time, {len(files)} were given")
-    read = {path: sphereflow.Trajectory.read(path, format=file_format) for path in files}
+    read = {path: read_trajectory(path, file_format) for path in files}
     for path, trajectory in read.items():
         typer.echo(str(path))
         print_rows(_rows(trajectory))
     for name, target in wanted.items():
-        read[files[0]].write(target, format=name)
+        read[files[0]].write(target, format=FORMATS[name])
         typer.echo(f"wrote {target}")
     if plot is not None:
         from sphereflow.plots import draw_trajectories

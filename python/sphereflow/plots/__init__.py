@@ -1,6 +1,5 @@
 """Pictures of results as PNG files, drawn without a window (extra ``plot``: matplotlib)."""
 
-from sphereflow.plots.canvas import MissingPlotLibrary
 from sphereflow.plots.cloud import draw_cloud
 from sphereflow.plots.depth import draw_depth
 from sphereflow.plots.errors import draw_error
@@ -9,7 +8,6 @@ from sphereflow.plots.run import draw_run
 from sphereflow.plots.trajectory import draw_trajectories, draw_trajectory
 
 __all__ = [
-    "MissingPlotLibrary",
     "draw_cloud",
     "draw_depth",
     "draw_error",

@@ -7,6 +7,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import sphereflow
+
 ESTIMATE = "#0b6fb8"
 TRUTH = "#3a3a3a"
 LOST = "#d1352b"
@@ -36,10 +38,6 @@ STYLE: dict[Any, Any] = {
 }
 
 
-class MissingPlotLibrary(ImportError):
-    """Matplotlib is not installed; the message says how to install it."""
-
-
 def figure(width_in: float, height_in: float, **layout: Any) -> tuple[Any, Any]:
     """A figure and its axes from ``subplots(**layout)``, drawn by Agg: no window, no display."""
     try:
@@ -47,7 +45,7 @@ def figure(width_in: float, height_in: float, **layout: Any) -> tuple[Any, Any]:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise MissingPlotLibrary(
+        raise sphereflow.MissingExtraError(
             'matplotlib is not installed: pip install "sphereflow[plot]"'
         ) from error
     with mpl.rc_context(STYLE):

@@ -5,11 +5,9 @@ Needs the extra ``viz`` (rerun-sdk). Nothing here is used by the algorithms.
 
 from sphereflow.viz.read_back import rows_by_entity
 from sphereflow.viz.recorder import RunRecorder
-from sphereflow.viz.sdk import MissingViewer
 from sphereflow.viz.show import open_viewer, record_data, record_result
 
 __all__ = [
-    "MissingViewer",
     "RunRecorder",
     "open_viewer",
     "record_data",

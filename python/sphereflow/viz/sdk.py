@@ -5,14 +5,12 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+import sphereflow
+
 OLDEST = (0, 36)
 """First version with the interface used here: the one the extra asks for."""
 
 INSTALL = 'pip install "sphereflow[viz]"'
-
-
-class MissingViewer(ImportError):
-    """rerun-sdk is not installed or too old; the message says how to install it."""
 
 
 def rerun() -> Any:
@@ -20,12 +18,14 @@ def rerun() -> Any:
     try:
         module = importlib.import_module("rerun")
     except ImportError as error:
-        raise MissingViewer(f"rerun-sdk is not installed: {INSTALL}") from error
+        raise sphereflow.MissingExtraError(f"rerun-sdk is not installed: {INSTALL}") from error
     version = str(getattr(module, "__version__", "0.0"))
     major, minor = (int(part) for part in version.split(".")[:2])
     if (major, minor) < OLDEST:
         oldest = ".".join(map(str, OLDEST))
-        raise MissingViewer(f"rerun-sdk {version} is too old, {oldest} is needed: {INSTALL}")
+        raise sphereflow.MissingExtraError(
+            f"rerun-sdk {version} is too old, {oldest} is needed: {INSTALL}"
+        )
     return module
 
 
@@ -37,4 +37,6 @@ def rrd_reader() -> Any:
             return importlib.import_module(name).RrdReader
         except (ImportError, AttributeError):
             continue
-    raise MissingViewer(f"this rerun-sdk cannot read .rrd files back: {INSTALL} --upgrade")
+    raise sphereflow.MissingExtraError(
+        f"this rerun-sdk cannot read .rrd files back: {INSTALL} --upgrade"
+    )
