@@ -181,6 +181,7 @@ impl VelocityEstimator {
             Ok(solution) => solution,
             Err(reason) => return VelocityEstimate::lost(reason, known_share),
         };
+        let scale_at_rest = solution.scale_at_rest;
         let mut motion = pose_from_twist(&Twist::from_vector(&solution.twist), dt_s);
         let (mut step_m, mut settled) = (f64::INFINITY, true);
         for _ in 0..self.config.warps {
@@ -195,6 +196,7 @@ impl VelocityEstimator {
             settled = size < step_m.max(self.config.covariance.floor_m);
             step_m = size;
         }
+        solution.scale_at_rest = scale_at_rest; // that of the images, not of the warped ones
         self.judge(&solution, motion, dt_s, known_share, settled)
     }
 
@@ -287,7 +289,12 @@ impl VelocityEstimator {
         let config = &self.config;
         let (speed_m_s, rate_rad_s) = (twist.linear_m_s.norm(), twist.angular_rad_s.norm());
         let score = solution.spectrum.score();
-        if solution.scale > config.max_residual_scale {
+        let unexplained = config.max_unexplained_share * solution.scale_at_rest;
+        if solution.scale
+            > config
+                .max_residual_scale
+                .min(unexplained.max(config.good_residual_scale))
+        {
             TrackStatus::Lost(Reason::PoorFit {
                 scale: solution.scale,
             })
