@@ -15,5 +15,5 @@ noisy = sf.Trajectory(
 
 ape = sf.eval.ape(truth, noisy, align="se3")
 rpe = sf.eval.rpe(truth, noisy, delta=1.0, delta_unit="s")
-print(f"absolute: {ape.statistics.rmse:.4f} m over {ape.pairs} poses")
+print(f"absolute: {ape.statistics.rmse:.4f} m over {len(ape.error)} poses")
 print(f"relative: {rpe.statistics.rmse:.4f} m a second")

@@ -5,7 +5,7 @@ import importlib
 import sys
 from pathlib import Path
 
-EXPERIMENTS = ["figure_2_1"]
+EXPERIMENTS = ["figure_2_1", "demo_room"]
 
 
 def main() -> None:

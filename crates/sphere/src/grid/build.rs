@@ -7,21 +7,18 @@ use super::gradient::DualBasis;
 use super::lattice::{Axis, Lattice};
 use crate::camera::Camera;
 use nalgebra::{Vector2, Vector3};
+use rayon::prelude::*;
 use sphereflow_core::{Error, Result};
 
 /// In smaller 360-degree images than this an edge would be a half circle or longer, of which the two
 /// ends do not say where it runs.
 const LEAST_WRAPPING_SIZE: (usize, usize) = (4, 2);
 
-/// Rounding of a ray on the seam or a pole, with a wide margin.
-const CLOSED: f64 = 1e-9;
-
 impl SphereGrid {
     /// Samples `camera` on its pixels.
     ///
     /// # Errors
-    /// [`Error::Value`] where no pixel has a ray, or a 360-degree image is smaller than 4x2
-    /// or has not the size its model is made for.
+    /// [`Error::Value`] where no pixel has a ray, or a 360-degree image is smaller than 4x2.
     pub fn new(camera: &Camera) -> Result<Self> {
         Self::with_rays(camera, |pixel| camera.unproject(pixel))
     }
@@ -29,7 +26,7 @@ impl SphereGrid {
     /// The grid of the pixels of `camera` with the rays that `unproject` gives.
     pub(super) fn with_rays(
         camera: &Camera,
-        unproject: impl Fn(&Vector2<f64>) -> Option<Vector3<f64>>,
+        unproject: impl Fn(&Vector2<f64>) -> Option<Vector3<f64>> + Sync,
     ) -> Result<Self> {
         let (width, height) = (camera.width(), camera.height());
         let (least_width, least_height) = LEAST_WRAPPING_SIZE;
@@ -43,23 +40,14 @@ impl SphereGrid {
         let ray_at = |x: f64, y: f64| {
             unproject(&Vector2::new(x, y)).unwrap_or_else(|| Vector3::repeat(f64::NAN))
         };
-        if camera.wraps_around() && !closes(width as f64, height as f64, ray_at) {
-            return Err(Error::value(
-                "camera",
-                "an equirectangular model made for the image's own size",
-                format!("one that does not close around {width}x{height} pixels"),
-            ));
-        }
         let corners = Corners::new(camera, ray_at);
-        let mut rays = Vec::with_capacity(width * height);
-        let mut solid_angle = Vec::with_capacity(width * height);
-        for y in 0..height {
-            for x in 0..width {
-                let (ray, angle) = corners.pixel(x, y, ray_at(x as f64, y as f64));
-                rays.push(ray);
-                solid_angle.push(angle);
-            }
-        }
+        let pixels = (0..width * height).into_par_iter();
+        let (rays, solid_angle): (Vec<_>, Vec<_>) = pixels
+            .map(|index| {
+                let (x, y) = (index % width, index / width);
+                corners.pixel(x, y, ray_at(x as f64, y as f64))
+            })
+            .unzip();
         if solid_angle.iter().all(|angle| angle.is_nan()) {
             return Err(Error::value(
                 "camera",
@@ -70,6 +58,7 @@ impl SphereGrid {
         let valid = solid_angle.iter().map(|angle| angle.is_finite()).collect();
         let lattice = Lattice::new(width, height, camera.wraps_around(), valid);
         let dual = (0..width * height)
+            .into_par_iter()
             .map(|index| DualBasis::new(&lattice, &rays, index % width, index / width));
         Ok(Self {
             camera: camera.clone(),
@@ -81,14 +70,6 @@ impl SphereGrid {
             lattice,
         })
     }
-}
-
-/// True where the image's left and right border are one meridian and its upper and lower the poles.
-fn closes(width: f64, height: f64, ray_at: impl Fn(f64, f64) -> Vector3<f64>) -> bool {
-    let middle = 0.5 * (height - 1.0);
-    let seam = ray_at(-0.5, middle) - ray_at(width - 0.5, middle);
-    let poles = ray_at(-0.5, height - 0.5) - ray_at(-0.5, -0.5);
-    seam.norm() < CLOSED && (poles.norm() - 2.0).abs() < CLOSED
 }
 
 /// Rays of the pixel corners: corner `(x, y)` is the upper left one of pixel `(x, y)`.
@@ -139,15 +120,18 @@ impl Corners {
     }
 
     fn edges_x(&self) -> Vec<Edge> {
-        (0..self.height)
-            .flat_map(|y| (0..=self.width).map(move |x| (x, y)))
+        let stride = self.width + 1;
+        let edges = (0..stride * self.height).into_par_iter();
+        let edges = edges.map(|index| (index % stride, index / stride));
+        edges
             .map(|(x, y)| Edge::from_arc(self.at(x, y), self.at(x, y + 1)))
             .collect()
     }
 
     fn edges_y(&self) -> Vec<Edge> {
-        (0..=self.height)
-            .flat_map(|y| (0..self.width).map(move |x| (x, y)))
+        let edges = (0..self.width * (self.height + 1)).into_par_iter();
+        let edges = edges.map(|index| (index % self.width, index / self.width));
+        edges
             .map(|(x, y)| Edge::from_arc(self.at(x + 1, y), self.at(x, y)))
             .collect()
     }

@@ -4,6 +4,7 @@ use super::geometry::Edge;
 use super::laplacian::FluxWeights;
 use super::lattice::{Axis, Lattice, Sides};
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 /// All edges across one axis, row after row.
 #[derive(Clone, Debug)]
@@ -24,26 +25,28 @@ impl EdgeTable {
             Axis::X => lattice.width + 1,
             Axis::Y => lattice.width,
         };
-        let mut table = Self {
+        let (sides, weights) = edges
+            .par_iter()
+            .enumerate()
+            .map(|(index, edge)| {
+                let at = (index % stride, index / stride);
+                match lattice.sides(axis, at.0, at.1) {
+                    _ if edge.is_point() => (Sides::Closed, FluxWeights::NOTHING),
+                    Sides::Inner => {
+                        let weights = FluxWeights::new(lattice, rays, edge, axis, at);
+                        (Sides::Inner, weights)
+                    }
+                    sides => (sides, FluxWeights::NOTHING),
+                }
+            })
+            .unzip();
+        Self {
             stride,
-            sides: Vec::with_capacity(edges.len()),
-            weights: Vec::with_capacity(edges.len()),
             normals: edges.iter().map(|edge| edge.normal_length).collect(),
             edges,
-        };
-        for (index, edge) in table.edges.iter().enumerate() {
-            let at = (index % stride, index / stride);
-            let sides = match lattice.sides(axis, at.0, at.1) {
-                _ if edge.is_point() => Sides::Closed,
-                sides => sides,
-            };
-            table.sides.push(sides);
-            table.weights.push(match sides {
-                Sides::Inner => FluxWeights::new(lattice, rays, edge, axis, at),
-                _ => FluxWeights::NOTHING,
-            });
+            sides,
+            weights,
         }
-        table
     }
 
     pub fn edge(&self, x: usize, y: usize) -> &Edge {

@@ -128,7 +128,7 @@ fn double_sphere_equals_its_published_formula() {
 
 #[test]
 fn pinhole_skew_equals_the_calibration_matrix() {
-    // Thesis: eq. (1.4)
+    // Thesis: eq. (1.3). Thesis: eq. (1.4)
     let camera = Camera::pinhole_with_skew(FX, FY, CX, CY, 7.5, WIDTH, HEIGHT).unwrap();
     let matrix = nalgebra::Matrix3::new(FX, 7.5, CX, 0.0, FY, CY, 0.0, 0.0, 1.0);
     let point = Vector3::new(0.3, -0.4, 2.5);

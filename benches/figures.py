@@ -1,0 +1,114 @@
+"""Print the tables of BENCHMARKS.md: run it again to check them.
+
+    python benches/figures.py                      # simulator and demo only
+    SPHEREFLOW_DATA=... python benches/figures.py  # and the real recordings
+
+Each run is a process of its own, so that peak memory is the run's.
+"""
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import sphereflow as sf
+
+RECORDINGS = ["tum-fr1-rpy-a", "sevenscenes-kitchen-a"]
+SIM_FRAMES = 150
+
+
+def machine() -> str:
+    """Processor, cores and versions, in a line."""
+    names = [
+        line.split(":")[1].strip()
+        for line in Path("/proc/cpuinfo").read_text().splitlines()
+        if line.startswith("model name")
+    ]
+    processor = names[0] if names else platform.processor()
+    return (
+        f"{processor}, {os.cpu_count()} cores, Python {platform.python_version()}, "
+        f"sphereflow {sf.__version__}"
+    )
+
+
+def simulator_rows() -> list[str]:
+    """Frames per second of the simulator, with and without noise."""
+    rows = ["| simulator, 640x480 unless said | frames/s |", "| --- | --- |"]
+    wide = sf.Camera.equirectangular(1024, 512)
+    cases = {
+        "furnished room, Kinect and image noise": sf.sim.Simulator(),
+        "furnished room, no noise": sf.sim.Simulator(depth_noise="none", image_sigma_grey=0.0),
+        "furnished room, rolling shutter 30 ms, noise": sf.sim.Simulator(readout_s=0.03),
+        "thesis room, no noise": sf.sim.Simulator(
+            scene="thesis_room", motion="sinusoids_411", depth_noise="none", image_sigma_grey=0.0
+        ),
+        "furnished room, 360 degrees 1024x512, no noise": sf.sim.Simulator(
+            camera=wide, depth_noise="none", image_sigma_grey=0.0
+        ),
+    }
+    for name, simulator in cases.items():
+        count = min(SIM_FRAMES, len(simulator))
+        start = time.perf_counter()
+        for _ in simulator.frames(0, count):
+            pass
+        rows.append(f"| {name} | {count / (time.perf_counter() - start):.0f} |")
+    return rows
+
+
+def run_row(name: str, command: list[str]) -> str:
+    """One run of the command line, read from the report that it writes."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "result"
+        subprocess.run(
+            [Path(sys.executable).parent / "sphereflow", *command, "--out", out, "--no-pictures"],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
+        report = json.loads((out / "report.json").read_text())
+    truth, odometry = report["truth"], report["odometry_ms_per_frame"]
+    outcomes = report["outcomes"]
+    cells = [
+        name,
+        str(report["frames"]),
+        str(outcomes["lost"]["frames"]),
+        f"{100 * report['coverage']:.1f} %",
+        f"{truth['ape']['statistics']['rmse']:.4f}",
+        f"{truth['rpe_1s_translation']['statistics']['rmse']:.4f}",
+        f"{truth['rpe_1s_rotation']['statistics']['rmse']:.2f}",
+        f"{sum(odometry.values()):.1f}",
+        f"{report['frames_per_s']:.0f}",
+        f"{report['peak_memory_bytes'] / 2**20:.0f}",
+    ]
+    return "| " + " | ".join(cells) + " |"
+
+
+def run_rows() -> list[str]:
+    """The main job, on the simulated room and on the recordings there are."""
+    heads = [
+        "`sphereflow run`",
+        "frames",
+        "lost",
+        "coverage",
+        "ATE rmse m",
+        "RPE 1 s m",
+        "RPE 1 s deg",
+        "odometry ms",
+        "frames/s",
+        "peak MiB",
+    ]
+    rows = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
+    rows.append(run_row("demo room, seed 0 (frames/s includes drawing it)", ["demo"]))
+    data = os.environ.get("SPHEREFLOW_DATA")
+    for name in RECORDINGS if data else []:
+        rows.append(run_row(name, ["run", str(Path(data or "") / name)]))
+    return rows
+
+
+if __name__ == "__main__":
+    print(machine())
+    print("\n" + "\n".join(simulator_rows()))
+    print("\n" + "\n".join(run_rows()))
