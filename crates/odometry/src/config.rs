@@ -58,7 +58,11 @@ pub struct Config {
     /// Noise of the difference of two domain means of the inverse depth, 1/m. For structured-light
     /// cameras it hardly depends on the domain's size, as their noise is correlated.
     pub domain_noise: f64,
-    /// Largest robust residual, in units of `domain_noise`, of a rigid motion.
+    /// A robust residual up to this, in units of `domain_noise`, is never held against a motion.
+    pub good_residual_scale: f64,
+    /// Beyond it, the largest residual as a share of what a camera at rest would leave.
+    pub max_unexplained_share: f64,
+    /// Largest robust residual of any rigid motion, in units of `domain_noise`.
     pub max_residual_scale: f64,
     /// Smallest share of blocks known in both images.
     pub min_known_share: f64,
@@ -92,6 +96,8 @@ impl Default for Config {
             sweeps: 6,
             warps: 2,
             domain_noise: 8e-4,
+            good_residual_scale: 5.0,
+            max_unexplained_share: 0.5,
             max_residual_scale: 20.0,
             min_known_share: 0.1,
             min_domains: 40,
@@ -128,6 +134,7 @@ impl Config {
             ("block_known_share", self.block_known_share),
             ("max_jump", self.max_jump),
             ("domain_known_share", self.domain_known_share),
+            ("max_unexplained_share", self.max_unexplained_share),
             ("min_known_share", self.min_known_share),
             ("weak_score", self.weak_score),
             ("unobservable_score", self.unobservable_score),
@@ -140,6 +147,7 @@ impl Config {
         }
         let positive = [
             ("domain_noise", self.domain_noise),
+            ("good_residual_scale", self.good_residual_scale),
             ("max_residual_scale", self.max_residual_scale),
             ("unobservable_std_m_s", self.unobservable_std_m_s),
             ("max_speed_m_s", self.max_speed_m_s),

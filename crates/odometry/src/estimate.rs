@@ -25,9 +25,13 @@ pub struct VelocityEstimate {
     pub twist: Option<Twist>,
     /// Covariance of the twist in the order `[omega, v]`, with [`crate::CovarianceModel`] applied.
     /// `None` where lost.
+    ///
+    /// Thesis: section 6.4
     pub covariance: Option<Matrix6<f64>>,
     /// 0 (some direction of motion changes nothing) to 1; square root of smallest over largest
-    /// eigenvalue of the information, rotations scaled by the mean range. Thesis: Theorem 3
+    /// eigenvalue of the information, rotations scaled by the mean range.
+    ///
+    /// Thesis: Theorem 3
     pub score: f64,
     /// Directions below [`Config::weak_score`].
     pub weak_directions: Vec<WeakDirection>,
@@ -177,6 +181,7 @@ impl VelocityEstimator {
             Ok(solution) => solution,
             Err(reason) => return VelocityEstimate::lost(reason, known_share),
         };
+        let scale_at_rest = solution.scale_at_rest;
         let mut motion = pose_from_twist(&Twist::from_vector(&solution.twist), dt_s);
         let (mut step_m, mut settled) = (f64::INFINITY, true);
         for _ in 0..self.config.warps {
@@ -191,6 +196,7 @@ impl VelocityEstimator {
             settled = size < step_m.max(self.config.covariance.floor_m);
             step_m = size;
         }
+        solution.scale_at_rest = scale_at_rest; // that of the images, not of the warped ones
         self.judge(&solution, motion, dt_s, known_share, settled)
     }
 
@@ -283,7 +289,12 @@ impl VelocityEstimator {
         let config = &self.config;
         let (speed_m_s, rate_rad_s) = (twist.linear_m_s.norm(), twist.angular_rad_s.norm());
         let score = solution.spectrum.score();
-        if solution.scale > config.max_residual_scale {
+        let unexplained = config.max_unexplained_share * solution.scale_at_rest;
+        if solution.scale
+            > config
+                .max_residual_scale
+                .min(unexplained.max(config.good_residual_scale))
+        {
             TrackStatus::Lost(Reason::PoorFit {
                 scale: solution.scale,
             })

@@ -41,6 +41,8 @@ pub(crate) struct Solution {
     pub(crate) variance: f64,
     /// Robust residual in units of the expected noise.
     pub(crate) scale: f64,
+    /// The same of a camera at rest: what there was to explain.
+    pub(crate) scale_at_rest: f64,
     pub(crate) domains: usize,
     /// Mean range of the scene, metres.
     pub(crate) mean_range_m: f64,
@@ -131,6 +133,7 @@ impl RobustSolver {
             spectrum: spectrum.unwrap_or_else(|| self.weighted(config, prior, |_| 1.0).1),
             variance: (squares / freedom).max((SMALLEST_SCALE * noise).powi(2)),
             scale: sigma / noise,
+            scale_at_rest: self.scale(&Vector6::zeros()) / noise,
             domains: self.rows.len(),
             mean_range_m: self.mean_range_m,
         }

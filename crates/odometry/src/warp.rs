@@ -2,13 +2,14 @@
 
 use crate::binning::InverseDepth;
 use crate::sphere_table::SphereTable;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 use sphereflow_core::Pose;
 use sphereflow_sphere::Camera;
 
-/// Each step divides the error by the share that the motion changes the range by.
-const FIXED_POINT_STEPS: usize = 2;
+/// The first image's own range is the guess, which the motion found so far makes nearly right: one
+/// step leaves an error of second order in what is still wrong with the motion.
+const FIXED_POINT_STEPS: usize = 1;
 
 /// Looks up a second image from the pose of the first.
 pub(crate) struct Warp<'a> {
@@ -26,7 +27,8 @@ impl Warp<'_> {
     /// `first` is unknown, or the second image does not show the ray's surface, it is NaN.
     pub(crate) fn fill(&self, first: &InverseDepth, out: &mut InverseDepth) {
         let width = self.table.width;
-        let (rays, back) = (self.table.rays(first.axis), self.motion.inverse());
+        let rays = self.table.rays(first.axis);
+        let rotation = *self.motion.rotation.to_rotation_matrix().matrix();
         out.axis = first.axis;
         out.values.resize(first.values.len(), f32::NAN);
         let rows = out.values.par_chunks_mut(width).with_min_len(16);
@@ -35,7 +37,7 @@ impl Warp<'_> {
                 let i = y * width + x;
                 let guess = f64::from(rays.length[i] / first.values[i]);
                 let ray = Vector3::from(rays.direction[i].map(f64::from));
-                *value = match self.range_along(&ray, guess, &back) {
+                *value = match self.range_along(&ray, guess, &rotation) {
                     Some(range) => rays.length[i] / range as f32,
                     None => f32::NAN,
                 };
@@ -44,16 +46,21 @@ impl Warp<'_> {
     }
 
     /// Range of the second image's surface along a ray of the first, beginning at a guess.
-    fn range_along(&self, ray: &Vector3<f64>, guess_m: f64, back: &Pose) -> Option<f64> {
+    fn range_along(
+        &self,
+        ray: &Vector3<f64>,
+        guess_m: f64,
+        rotation: &Matrix3<f64>,
+    ) -> Option<f64> {
         if !guess_m.is_finite() {
             return None;
         }
         let mut range = guess_m;
         for _ in 0..FIXED_POINT_STEPS {
-            let point = back.transform(&(ray * range));
+            let point = rotation.tr_mul(&(ray * range - self.motion.translation));
             let towards = point / point.norm();
             let inverse = self.sample(&self.camera.project(&point)?, &towards)?;
-            range = ray.dot(&self.motion.transform(&(towards / inverse)));
+            range = ray.dot(&(rotation * (towards / inverse) + self.motion.translation));
         }
         (range > 0.0).then_some(range)
     }

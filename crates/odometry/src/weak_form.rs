@@ -2,8 +2,11 @@
 //!
 //! With gamma = 1/D, (1.17) becomes
 //! `d gamma/dt = -div(gamma eta x omega) - 1/2 div(gamma^2 eta x (eta x v)) + 2 gamma^2 eta.v`
-//! because `div(eta x omega) = 0` and `div(eta x (eta x v)) = +2 eta.v`. (Thesis: section 6.1 prints
-//! the last divergence, and the term it makes, with the opposite sign; its result (6.3) is right.)
+//! because `div(eta x omega) = 0` and `div(eta x (eta x v)) = +2 eta.v`.
+//!
+//! Thesis: section 6.1 prints the last divergence, citing appendix A.4, as -2 eta.v, with which the
+//! terms in eta.v of (6.1) would add up instead of cancelling. Its results (6.2), (6.3) are right.
+//!
 //! By Stokes, over a domain with outward normal n,
 //!
 //! `d/dt int gamma = [oint gamma eta x n].omega + [oint gamma^2/2 n + int 2 gamma^2 eta].v`

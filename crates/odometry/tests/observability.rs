@@ -118,7 +118,9 @@ fn estimate_inside_ellipsoids_counts_their_rotation_axes() {
 }
 
 /// Squared errors in units of the covariance, without the floors for real cameras, on images with
-/// independent noise. Thesis: section 6.4: "the covariance of the result".
+/// independent noise.
+///
+/// Thesis: section 6.4: "the covariance of the result".
 #[test]
 fn estimate_covariance_agrees_with_the_errors_under_independent_noise() {
     const PAIRS: u64 = 40;
