@@ -131,4 +131,22 @@ proptest! {
         let _ = read_image(&path);
         let _ = sphereflow_io::ply::read_ply(&path);
     }
+
+    #[test]
+    fn reader_of_damaged_images_never_panics(
+        extension in prop::sample::select(vec!["png", "jpg", "pgm"]),
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("a.{extension}"));
+        let [grey, _, _] = samples();
+        write_image(&path, &grey).unwrap();
+        let mut bytes = fs::read(&path).unwrap();
+        for (index, byte) in damage {
+            let index = index.index(bytes.len());
+            bytes[index] = byte;
+        }
+        fs::write(&path, &bytes).unwrap();
+        let _ = read_image(&path);
+    }
 }

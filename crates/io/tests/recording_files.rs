@@ -201,6 +201,17 @@ fn unknown_camera_of_another_size_is_an_error_not_a_guess() {
     };
     let recording = open_recording(&path, &given).unwrap();
     assert_eq!(recording.calibration_source(), "given by the caller");
+    let mut other = calibration();
+    other.width = 320;
+    let given = OpenOptions {
+        calibration: Some(other),
+        ..OpenOptions::default()
+    };
+    let error = open_recording(&path, &given).unwrap_err().to_string();
+    assert!(
+        error.contains("320x48") && error.contains("64x48"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -287,7 +287,7 @@ impl VelocityEstimator {
             TrackStatus::Lost(Reason::PoorFit {
                 scale: solution.scale,
             })
-        } else if !(speed_m_s < config.max_speed_m_s && rate_rad_s < config.max_rate_rad_s) {
+        } else if speed_m_s > config.max_speed_m_s || rate_rad_s > config.max_rate_rad_s {
             TrackStatus::Lost(Reason::ImplausibleMotion {
                 speed_m_s,
                 rate_rad_s,

@@ -1,55 +1,24 @@
 //! Twists and rigid motions: the exponential and logarithm of SE(3).
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use sphereflow_core::{Pose, Twist};
-
-/// Below this angle the series of V replaces its closed form, whose terms cancel.
-const SMALL_ANGLE: f64 = 1e-4;
+use sphereflow_sphere::lie::se3;
 
 /// The pose `start_from_end` of a body that moves with a constant `twist` (in its own frame) for
 /// `dt_s` seconds: `exp([omega, v] dt)`.
 pub fn pose_from_twist(twist: &Twist, dt_s: f64) -> Pose {
-    let turn = twist.angular_rad_s * dt_s;
-    let angle2 = turn.norm_squared();
-    let angle = angle2.sqrt();
-    let (a, b) = if angle < SMALL_ANGLE {
-        (0.5 - angle2 / 24.0, 1.0 / 6.0 - angle2 / 120.0)
-    } else {
-        (
-            (1.0 - angle.cos()) / angle2,
-            (angle - angle.sin()) / (angle2 * angle),
-        )
-    };
-    let cross = turn.cross_matrix();
-    let v = Matrix3::identity() + cross * a + cross * cross * b;
-    Pose::new(
-        UnitQuaternion::from_scaled_axis(turn),
-        v * twist.linear_m_s * dt_s,
-    )
+    se3::exp(&(twist.vector() * dt_s))
 }
 
 /// The constant twist that makes the motion `start_from_end` in `dt_s` seconds: `log / dt`.
-/// Rotations below pi.
+/// Rotations up to pi.
 pub fn twist_from_pose(start_from_end: &Pose, dt_s: f64) -> Twist {
-    let turn: Vector3<f64> = start_from_end.rotation.scaled_axis();
-    let angle2 = turn.norm_squared();
-    let angle = angle2.sqrt();
-    let c = if angle < SMALL_ANGLE {
-        1.0 / 12.0 + angle2 / 720.0
-    } else {
-        (1.0 - 0.5 * angle / (0.5 * angle).tan()) / angle2
-    };
-    let cross = turn.cross_matrix();
-    let v_inverse = Matrix3::identity() - cross * 0.5 + cross * cross * c;
-    Twist {
-        angular_rad_s: turn / dt_s,
-        linear_m_s: v_inverse * start_from_end.translation / dt_s,
-    }
+    Twist::from_vector(&(se3::log(start_from_end) / dt_s))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::UnitQuaternion;
     use proptest::prelude::*;
 
     fn twist(values: [f64; 6]) -> Twist {

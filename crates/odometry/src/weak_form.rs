@@ -41,7 +41,7 @@ impl Pair {
         let inputs = first.values.iter().zip(&second.values).zip(lengths);
         let outputs = self.mean.iter_mut().zip(&mut self.half);
         for (((&a, &b), ((length_a, length_b), area)), (mean, half)) in inputs.zip(outputs) {
-            let seen = area - area; // NaN outside the camera's view
+            let seen = 0.0 * area; // NaN outside the camera's view
             let (a, b) = (a / length_a, b / length_b);
             *mean = 0.5 * (a + b) + seen;
             *half = 0.5 * (b - a) + seen;
@@ -131,8 +131,8 @@ impl WeakForm<'_> {
         sum.area += f64::from(area);
         sum.gamma += f64::from(mean * area);
         sum.count += 1;
-        for k in 0..3 {
-            sum.coefficients[3 + k] += f64::from(source * ray[k]);
+        for (sum, eta) in sum.coefficients[3..].iter_mut().zip(ray) {
+            *sum += f64::from(source * eta);
         }
     }
 

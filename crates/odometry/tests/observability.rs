@@ -1,4 +1,5 @@
 //! What a scene cannot tell, and what the estimator claims to know: Theorem 3 and the covariance.
+#![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 mod scene;
 

@@ -1,4 +1,5 @@
 //! Bad input is an error, useless input a status with a reason, and neither is ever an answer.
+#![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 mod scene;
 

@@ -80,12 +80,6 @@ pub fn vectors3(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Vector3<f6
         .collect())
 }
 
-/// A `(3,)` vector.
-pub fn vector3(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vector3<f64>> {
-    let array = floats(value, name, &[Some(3)])?;
-    Ok(Vector3::from_column_slice(array.as_slice()?))
-}
-
 /// Stamps: integer nanoseconds, `(N,)`. Floats are refused: they cannot hold a Unix time.
 pub fn stamps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Stamp>> {
     let hint = " (integer nanoseconds; a float cannot hold a Unix time)";

@@ -7,6 +7,7 @@ mod grid;
 mod odometry;
 mod recording;
 mod sim;
+mod slam;
 mod trajectory;
 
 use pyo3::prelude::*;
@@ -30,6 +31,8 @@ mod _native {
     };
     #[pymodule_export]
     use crate::sim::{PySimulatedFrame, PySimulatedFrames, PySimulator};
+    #[pymodule_export]
+    use crate::slam::PyVoxelCloud;
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
 

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sphereflow_core::{RgbdFrame, Stamp};
+use sphereflow_core::{ImuSample, MagSample, RgbdFrame, Stamp};
 use sphereflow_io::recording::FrameStream;
 use sphereflow_io::{Calibration, OpenOptions, Recording, RecordingWriter, open_recording};
 use std::path::PathBuf;
@@ -112,6 +112,35 @@ pub fn rows3<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let count = rows.len();
     PyArray1::from_iter(py, rows.flat_map(|v| [v.x, v.y, v.z])).reshape([count, 3])
+}
+
+/// Inertial samples as a dict of arrays.
+pub fn imu_arrays<'py>(py: Python<'py>, samples: &[ImuSample]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item(
+        "stamp_ns",
+        PyArray1::from_iter(py, samples.iter().map(|s| s.stamp.ns())),
+    )?;
+    dict.set_item(
+        "gyro_rad_s",
+        rows3(py, samples.iter().map(|s| s.gyro_rad_s))?,
+    )?;
+    dict.set_item(
+        "accel_m_s2",
+        rows3(py, samples.iter().map(|s| s.accel_m_s2))?,
+    )?;
+    Ok(dict)
+}
+
+/// Magnetic samples as a dict of arrays.
+pub fn mag_arrays<'py>(py: Python<'py>, samples: &[MagSample]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item(
+        "stamp_ns",
+        PyArray1::from_iter(py, samples.iter().map(|s| s.stamp.ns())),
+    )?;
+    dict.set_item("mag_ut", rows3(py, samples.iter().map(|s| s.mag_ut))?)?;
+    Ok(dict)
 }
 
 #[pymethods]
@@ -219,32 +248,13 @@ impl PyRecording {
     /// sensor is absent.
     #[getter]
     fn imu<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let samples = self.0.imu();
-        let dict = PyDict::new(py);
-        let stamps = samples.iter().map(|s| s.stamp.ns());
-        dict.set_item("stamp_ns", PyArray1::from_iter(py, stamps))?;
-        dict.set_item(
-            "gyro_rad_s",
-            rows3(py, samples.iter().map(|s| s.gyro_rad_s))?,
-        )?;
-        dict.set_item(
-            "accel_m_s2",
-            rows3(py, samples.iter().map(|s| s.accel_m_s2))?,
-        )?;
-        Ok(dict)
+        imu_arrays(py, self.0.imu())
     }
 
     /// Magnetic samples: dict of stamp_ns (N,), mag_ut (N, 3).
     #[getter]
     fn mag<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let samples = self.0.mag();
-        let dict = PyDict::new(py);
-        dict.set_item(
-            "stamp_ns",
-            PyArray1::from_iter(py, samples.iter().map(|s| s.stamp.ns())),
-        )?;
-        dict.set_item("mag_ut", rows3(py, samples.iter().map(|s| s.mag_ut))?)?;
-        Ok(dict)
+        mag_arrays(py, self.0.mag())
     }
 
     /// Frame `index`, read now.

@@ -2,9 +2,11 @@
 
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, core_error, exception, io_error};
+use crate::recording::{imu_arrays, mag_arrays};
 use crate::trajectory::{PyTrajectory, pose_from, pose_matrix};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use sphereflow_core::Plane;
 use sphereflow_sim::noise::{ImageNoiseParameters, KinectParameters};
 use sphereflow_sim::{
@@ -298,6 +300,24 @@ impl PySimulator {
     #[getter]
     fn notes(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// All inertial samples: dict of stamp_ns (N,), gyro_rad_s (N, 3), accel_m_s2 (N, 3).
+    #[getter]
+    fn imu<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        imu_arrays(py, &self.simulator.inertial().into_python()?.0)
+    }
+
+    /// All magnetic samples: dict of stamp_ns (N,), mag_ut (N, 3).
+    #[getter]
+    fn mag<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        mag_arrays(py, &self.simulator.inertial().into_python()?.1)
+    }
+
+    /// Stamps of depth and colour agree exactly.
+    #[getter]
+    fn sync(&self) -> Option<Py<PyDict>> {
+        None
     }
 
     /// Frames from `start` to `stop`, drawn ahead while the caller works.

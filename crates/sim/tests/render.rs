@@ -127,11 +127,11 @@ fn scene_primitives_are_met_where_they_are() {
             half_height_m: 0.6,
         },
     );
-    let rectangle = Rectangle {
-        centre: place,
-        half_u: Vector3::new(0.6, 0.0, 0.3),
-        half_v: Vector3::new(0.0, 0.5, 0.0),
-    };
+    let rectangle = Rectangle::new(
+        place,
+        Vector3::new(0.6, 0.0, 0.3),
+        Vector3::new(0.0, 0.5, 0.0),
+    );
     for primitive in [
         Primitive::new(block, plain),
         Primitive::new(ball, plain),
@@ -191,6 +191,13 @@ fn scene_with_impossible_size_or_nothing_in_it_is_an_error_that_names_it() {
     let primitive = Primitive::new(flat, Texture::Plain { rgb: [0.0; 3] });
     let text = Scene::new(vec![primitive]).unwrap_err().to_string();
     assert!(text.contains("primitives[0].max - min"), "{text}");
+    let room = Room {
+        min: -Vector3::repeat(1.0),
+        max: Vector3::repeat(1.0),
+    };
+    let primitive = Primitive::new(room, Texture::Sinusoid { period_m: f64::NAN });
+    let text = Scene::new(vec![primitive]).unwrap_err().to_string();
+    assert!(text.contains("primitives[0].textures: period_m"), "{text}");
     assert!(Scene::sphere(-1.0).is_err() && Scene::ellipsoid(1.0, f64::NAN, 1.0).is_err());
     assert!(
         Scene::thesis_room_with(0.0)
@@ -239,6 +246,19 @@ fn furnished_room_tour_keeps_clear_and_closes_for_every_seed() {
             distance < 1e-9 && angle < 1e-7,
             "seed {seed}: {distance} {angle}"
         );
+    }
+}
+
+#[test]
+fn furnished_room_leaves_hand_held_and_trolley_paths_free_for_every_seed() {
+    for seed in 0..12 {
+        let scene = Scene::furnished_room(seed);
+        for motion in [Motion::hand_held(seed), Motion::trolley(seed)] {
+            for k in 0..3000 {
+                let place = motion.pose(0.01 * f64::from(k)).translation;
+                assert_eq!(scene.obstacle(&place), None, "seed {seed}: {place:?}");
+            }
+        }
     }
 }
 

@@ -127,6 +127,13 @@ fn simulator_with_impossible_setting_is_an_error_that_names_it() {
     fails(&|c| c.rate_hz = f64::NAN, "rate_hz");
     fails(&|c| c.readout_s = f64::NAN, "readout_s");
     fails(&|c| c.readout_s = 1.0, "readout_s");
+    fails(&|c| c.motion.yaw_rad.offset = f64::NAN, "motion");
+    fails(&|c| c.motion.position_m[1].offset = 2.0, "free space");
+    // On the table's leg, or any other solid: looking out of it would be a lie.
+    fails(
+        &|c| c.motion = Motion::still().shifted([0.0, 1.0, 0.0]),
+        "free space",
+    );
     fails(&|c| c.image_noise.sigma_grey = -1.0, "sigma_grey");
     fails(
         &|c| {

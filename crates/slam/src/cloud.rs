@@ -209,7 +209,7 @@ impl View<'_> {
         if self.stride == 0 {
             return Err(Error::value("stride", "1 or more", self.stride).into());
         }
-        if !(self.max_range_m > 0.0) {
+        if self.max_range_m.is_nan() || self.max_range_m <= 0.0 {
             let found = self.max_range_m;
             return Err(Error::value("max_range_m", "a positive number of metres", found).into());
         }
@@ -250,8 +250,8 @@ impl Voxel {
         }
         if let Some(rgb) = rgb {
             self.colour_count += 1;
-            for k in 0..3 {
-                self.colour_sum[k] += u32::from(rgb[k]);
+            for (sum, value) in self.colour_sum.iter_mut().zip(rgb) {
+                *sum += u32::from(value);
             }
         }
         true

@@ -1,4 +1,5 @@
 //! The voxel cloud: geometry, counts, order, bounds.
+#![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sphereflow_core::{DepthMap, Plane, Pose, RangeMap};

@@ -25,10 +25,9 @@ pub(super) fn calibrate(
             format!("{FILE} of the recording"),
         )
     } else {
-        let (calibration, source) = fallback()?;
-        check_fallback_size(folder, files, &calibration)?;
-        (calibration, source)
+        fallback()?
     };
+    check_image_size(folder, files, &calibration, &source)?;
     if let Some(scale) = options.depth_scale {
         calibration.depth_scale = scale;
         source.push_str(", depth_scale given by the caller");
@@ -40,19 +39,23 @@ pub(super) fn calibrate(
     })
 }
 
-/// A calibration that nobody chose for this recording must at least be for images of its size.
-fn check_fallback_size(folder: &Path, files: &[FrameFiles], known: &Calibration) -> Result<()> {
+/// The calibration must be for images of the size that the first readable depth image has.
+fn check_image_size(
+    folder: &Path,
+    files: &[FrameFiles],
+    calibration: &Calibration,
+    source: &str,
+) -> Result<()> {
     let mut sizes = files
         .iter()
-        .filter_map(|f| read_raw_depth(&f.depth).ok().map(|d| d.size()));
+        .filter_map(|f| read_raw_depth(&f.depth).ok().map(|raw| raw.size()));
+    let known = (calibration.width, calibration.height);
     match sizes.next() {
-        Some((width, height)) if (width, height) != (known.width, known.height) => {
-            Err(Error::content(
-                folder,
-                format!("a {FILE}: none is known for images of {width}x{height}"),
-                "no such file",
-            ))
-        }
+        Some((width, height)) if (width, height) != known => Err(Error::content(
+            folder,
+            format!("a calibration ({FILE}) for its images of {width}x{height}"),
+            format!("one for {}x{}: {source}", known.0, known.1),
+        )),
         _ => Ok(()),
     }
 }

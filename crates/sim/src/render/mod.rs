@@ -95,9 +95,10 @@ impl Renderer {
     /// The image of a rolling shutter: row `y` is seen from `world_from_camera(y)`.
     pub fn render_at(&self, world_from_camera: impl Fn(usize) -> Pose + Sync) -> Rendered {
         let (width, height) = (self.camera.width(), self.camera.height());
-        let mut range = Plane::filled(width, height, f32::NAN);
-        let mut depth = Plane::filled(width, height, f32::NAN);
-        let mut grey = Plane::filled(width, height, f32::NAN);
+        // Zeros come from the system without being written; the maps turn them into NaN.
+        let mut range = Plane::filled(width, height, 0.0_f32);
+        let mut depth = Plane::filled(width, height, 0.0_f32);
+        let mut grey = Plane::filled(width, height, 0.0_f32);
         let mut colour = Plane::filled(width, height, [0_u8; 3]);
         range
             .data_mut()
@@ -134,12 +135,12 @@ impl Renderer {
             candidates.choose(cone, &rotation);
             let first = segment * SEGMENT;
             for (offset, ray) in rays[first..].iter().take(SEGMENT).enumerate() {
-                let unit = rotation * ray;
+                let (x, unit) = (first + offset, rotation * ray);
+                out.grey[x] = f32::NAN;
                 if let Some(crossing) = candidates.nearest(&origin, &unit) {
                     let hit = self
                         .scene
                         .describe(&origin, &unit, crossing, self.pixel_rad);
-                    let x = first + offset;
                     out.range[x] = hit.range_m as f32;
                     out.depth[x] = (hit.range_m * ray.z) as f32;
                     out.grey[x] = hit.grey as f32;

@@ -13,6 +13,11 @@ pub struct Ellipsoid {
 }
 
 impl Ellipsoid {
+    pub(super) fn contains(&self, point: &Vector3<f64>) -> bool {
+        let offset = (point - self.centre).component_div(&self.semi_axes_m);
+        offset.norm_squared() < 1.0
+    }
+
     #[inline]
     pub(super) fn cross(&self, origin: &Vector3<f64>, unit: &Vector3<f64>) -> Option<(f64, usize)> {
         let o = (origin - self.centre).component_div(&self.semi_axes_m);

@@ -90,12 +90,9 @@ impl Furnisher {
             solid: false,
             seed: self.seed(),
         };
-        let rectangle = Rectangle {
-            centre: Vector3::from(centre) + inward * POSTER_GAP,
-            half_u: along * (0.5 * size[0]),
-            half_v: Vector3::y() * (0.5 * size[1]),
-        };
-        self.put(rectangle, texture);
+        let (half_u, half_v) = (along * (0.5 * size[0]), Vector3::y() * (0.5 * size[1]));
+        let middle = Vector3::from(centre) + inward * POSTER_GAP;
+        self.put(Rectangle::new(middle, half_u, half_v), texture);
     }
 
     /// Flat random tiles along the surface.
@@ -147,8 +144,8 @@ impl Furnisher {
         };
         let wallpaper = Texture::Mosaic {
             size_m: 0.5,
-            octaves: 4,
-            softness: 0.5,
+            octaves: 3,
+            softness: 0.35,
             rgb: [176.0, 182.0, 160.0],
             spread: [42.0, 40.0, 52.0],
             solid: false,

@@ -88,6 +88,12 @@ impl Scene {
             if primitive.textures.is_empty() {
                 return Err(Error::value(at("textures"), "at least one", 0).into());
             }
+            for texture in &primitive.textures {
+                if let Err((what, found)) = texture.check() {
+                    let what = at(&format!("textures: {what}"));
+                    return Err(Error::value(what, "positive finite metres", found).into());
+                }
+            }
         }
         Ok(Self {
             primitives,
@@ -105,6 +111,14 @@ impl Scene {
     /// The primitives.
     pub fn primitives(&self) -> &[Primitive] {
         &self.primitives
+    }
+
+    /// The first primitive that a camera at `point` would not see as it is: a solid that it is
+    /// inside of, a room that it is outside of. `None` in free space.
+    pub fn obstacle(&self, point: &Vector3<f64>) -> Option<usize> {
+        self.primitives
+            .iter()
+            .position(|primitive| !primitive.shape.leaves_free(point))
     }
 
     /// What a ray from `origin` along `direction` (of any length but zero) meets first, in the

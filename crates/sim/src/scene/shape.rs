@@ -83,7 +83,20 @@ impl Shape {
             Self::Block(s) => Some((s.centre, s.half_size_m.norm())),
             Self::Ball(s) => Some((s.centre, s.radius_m)),
             Self::Cylinder(s) => Some((s.centre, s.radius_m.hypot(s.half_height_m))),
-            Self::Rectangle(s) => Some((s.centre, s.half_u.norm().hypot(s.half_v.norm()))),
+            Self::Rectangle(s) => Some((s.centre, s.half_m[0].hypot(s.half_m[1]))),
+        }
+    }
+
+    /// True where a camera at `point` would see the shape as it is: outside a solid, inside what
+    /// surrounds it.
+    pub(crate) fn leaves_free(&self, point: &Vector3<f64>) -> bool {
+        match self {
+            Self::Room(s) => (0..3).all(|i| point[i] > s.min[i] && point[i] < s.max[i]),
+            Self::Ellipsoid(s) => s.contains(point),
+            Self::Block(s) => !s.contains(point),
+            Self::Ball(s) => (point - s.centre).norm() > s.radius_m,
+            Self::Cylinder(s) => !s.contains(point),
+            Self::Rectangle(_) => true,
         }
     }
 
@@ -105,7 +118,7 @@ impl Shape {
             Self::Cylinder(s) => {
                 positive("radius_m, half_height_m", &[s.radius_m, s.half_height_m])
             }
-            Self::Rectangle(s) => positive("half_u, half_v", &[s.half_u.norm(), s.half_v.norm()]),
+            Self::Rectangle(s) => positive("half_u, half_v", &s.half_m),
         }
     }
 }
@@ -156,9 +169,14 @@ impl Room {
 /// Outward normal of a box's face.
 #[inline]
 pub(super) fn face_normal(face: usize) -> Vector3<f64> {
-    let mut normal = Vector3::zeros();
-    normal[face / 2 % 3] = if face.is_multiple_of(2) { -1.0 } else { 1.0 };
-    normal
+    match face {
+        0 => -Vector3::x(),
+        1 => Vector3::x(),
+        2 => -Vector3::y(),
+        3 => Vector3::y(),
+        4 => -Vector3::z(),
+        _ => Vector3::z(),
+    }
 }
 
 /// The two coordinates along a box's face: upright faces have the height second.
@@ -174,42 +192,47 @@ pub(super) fn face_uv(point: &Vector3<f64>, face: usize) -> [f64; 2] {
 /// A flat rectangle, painted on both sides alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
-    /// Middle, metres.
-    pub centre: Vector3<f64>,
-    /// From the middle to the middle of one edge, metres.
-    pub half_u: Vector3<f64>,
-    /// From the middle to the middle of the next edge, metres; orthogonal to `half_u`.
-    pub half_v: Vector3<f64>,
+    centre: Vector3<f64>,
+    /// Unit vectors along the edges, and half of the edges' lengths.
+    along: [Vector3<f64>; 2],
+    half_m: [f64; 2],
+    normal: Vector3<f64>,
 }
 
 impl Rectangle {
+    /// From its middle, the vector from there to the middle of one edge, and the one to the middle
+    /// of the next edge, metres. Of `half_v` only what is orthogonal to `half_u` counts.
+    pub fn new(centre: Vector3<f64>, half_u: Vector3<f64>, half_v: Vector3<f64>) -> Self {
+        let u = half_u.normalize();
+        let half_v = half_v - u * u.dot(&half_v);
+        let v = half_v.normalize();
+        Self {
+            centre,
+            along: [u, v],
+            half_m: [half_u.norm(), half_v.norm()],
+            normal: u.cross(&v),
+        }
+    }
+
     #[inline]
     fn cross(&self, origin: &Vector3<f64>, unit: &Vector3<f64>) -> Option<(f64, usize)> {
-        let normal = self.half_u.cross(&self.half_v);
-        let range_m = normal.dot(&(self.centre - origin)) / normal.dot(unit);
+        let range_m = self.normal.dot(&(self.centre - origin)) / self.normal.dot(unit);
         if !(range_m > 0.0 && range_m.is_finite()) {
             return None;
         }
         let offset = origin + unit * range_m - self.centre;
-        let inside = offset.dot(&self.half_u).abs() <= self.half_u.norm_squared()
-            && offset.dot(&self.half_v).abs() <= self.half_v.norm_squared();
+        let inside = offset.dot(&self.along[0]).abs() <= self.half_m[0]
+            && offset.dot(&self.along[1]).abs() <= self.half_m[1];
         inside.then_some((range_m, 0))
     }
 
     #[inline]
     fn surface(&self, point: &Vector3<f64>, _: usize, unit: &Vector3<f64>) -> SurfacePoint {
-        let normal = self.half_u.cross(&self.half_v).normalize();
         let offset = point - self.centre;
+        let away = self.normal.dot(unit) > 0.0;
         SurfacePoint {
-            normal: if normal.dot(unit) > 0.0 {
-                -normal
-            } else {
-                normal
-            },
-            uv: [
-                offset.dot(&self.half_u) / self.half_u.norm(),
-                offset.dot(&self.half_v) / self.half_v.norm(),
-            ],
+            normal: if away { -self.normal } else { self.normal },
+            uv: self.along.map(|edge| offset.dot(&edge)),
             local: offset,
         }
     }

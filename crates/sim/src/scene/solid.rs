@@ -26,6 +26,11 @@ impl Block {
         }
     }
 
+    pub(super) fn contains(&self, point: &Vector3<f64>) -> bool {
+        let local = self.local(&(point - self.centre));
+        (0..3).all(|axis| local[axis].abs() <= self.half_size_m[axis])
+    }
+
     /// World direction into the frame of the box.
     #[inline]
     fn local(&self, v: &Vector3<f64>) -> Vector3<f64> {
@@ -112,6 +117,11 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
+    pub(super) fn contains(&self, point: &Vector3<f64>) -> bool {
+        let local = point - self.centre;
+        local.x.hypot(local.z) <= self.radius_m && local.y.abs() <= self.half_height_m
+    }
+
     #[inline]
     pub(super) fn cross(&self, origin: &Vector3<f64>, unit: &Vector3<f64>) -> Option<(f64, usize)> {
         let o = origin - self.centre;

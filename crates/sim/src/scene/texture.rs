@@ -99,6 +99,26 @@ impl Texture {
         }
     }
 
+    /// The length that is not a positive number, if any, and its value.
+    pub(super) fn check(&self) -> Result<(), (&'static str, f64)> {
+        let lengths: &[(&'static str, f64)] = match *self {
+            Self::Plain { .. } => &[],
+            Self::Sinusoid { period_m } | Self::SolidSinusoid { period_m } => {
+                &[("period_m", period_m)]
+            }
+            Self::Checker { size_m, .. } | Self::Mosaic { size_m, .. } => &[("size_m", size_m)],
+            Self::Bricks {
+                size_m, joint_m, ..
+            } => &[
+                ("size_m", size_m[0]),
+                ("size_m", size_m[1]),
+                ("joint_m", joint_m),
+            ],
+        };
+        let bad = lengths.iter().find(|(_, l)| !(l.is_finite() && *l > 0.0));
+        bad.map_or(Ok(()), |&wrong| Err(wrong))
+    }
+
     #[inline]
     fn mosaic(&self, at: &SurfacePoint, footprint_m: f64) -> [f64; 3] {
         let &Self::Mosaic {
@@ -113,28 +133,28 @@ impl Texture {
         else {
             return [0.0; 3];
         };
-        let (mut sum, mut size, mut share) = ([0.0; 3], size_m, 0.5);
+        let (mut sum, mut per_m, mut share) = ([0.0; 3], 1.0 / size_m, 0.5);
         for octave in 0..octaves {
-            let visible = share * fade(footprint_m / size);
+            let visible = share * fade(footprint_m * per_m);
             if visible == 0.0 {
                 break; // all smaller cells are averaged away too
             }
-            let edge = softness.max(footprint_m / size).clamp(1e-3, 1.0);
+            let edge = softness.max(footprint_m * per_m).clamp(1e-3, 1.0);
             let cell_seed = seed.wrapping_add(u64::from(octave).wrapping_mul(0x5851_F42D));
             let [a, b, c] = if solid {
                 cells_3d(
                     cell_seed,
-                    [at.local.x, at.local.y, at.local.z].map(|x| x / size),
+                    [at.local.x, at.local.y, at.local.z].map(|x| x * per_m),
                     edge,
                 )
             } else {
-                cells_2d(cell_seed, at.uv[0] / size, at.uv[1] / size, edge)
+                cells_2d(cell_seed, at.uv[0] * per_m, at.uv[1] * per_m, edge)
             };
             // Mostly brightness, some hue.
             for (total, own) in sum.iter_mut().zip([a, b, c]) {
                 *total += visible * (0.7 * a + 0.3 * own);
             }
-            size *= 0.5;
+            per_m *= 2.0;
             share *= 0.7;
         }
         std::array::from_fn(|i| (rgb[i] + 1.4 * spread[i] * sum[i]).clamp(0.0, 255.0))
@@ -180,7 +200,7 @@ fn bricks(
     // Averaged away where a pixel is wider than the grain.
     let visible = fade(footprint_m / GRAIN_M[1]);
     let grain = if visible > 0.0 {
-        visible * cells_2d(seed ^ 0xA5, u / GRAIN_M[0], v / GRAIN_M[1], 0.6)[0]
+        visible * cells_2d(seed ^ 0xA5, u / GRAIN_M[0], v / GRAIN_M[1], 0.4)[0]
     } else {
         0.0
     };

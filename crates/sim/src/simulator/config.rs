@@ -11,6 +11,9 @@ use sphereflow_sphere::Camera;
 /// More frames than this are taken for a mistake in the rate or the duration.
 const MOST_FRAMES: f64 = 1e7;
 
+/// Places of the path that are checked.
+const PATH_CHECKS: u32 = 2000;
+
 /// Everything a simulation depends on. Every fault can be switched off by itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimConfig {
@@ -126,7 +129,29 @@ impl SimConfig {
         if let Some(mag) = &self.mag {
             positive("mag.rate_hz", mag.rate_hz, "hertz")?;
         }
+        self.check_path()?;
         Ok(frames as usize)
+    }
+
+    /// The path must be finite and lead through free space: from inside a cupboard the images would
+    /// look as if it were not there.
+    fn check_path(&self) -> Result<()> {
+        for step in 0..=PATH_CHECKS {
+            let t_s = self.duration_s * f64::from(step) / f64::from(PATH_CHECKS);
+            let state = self.motion.state(t_s);
+            let place = state.world_from_camera.translation;
+            let turn = state.world_from_camera.quat_xyzw();
+            let finite = place.iter().chain(&turn).all(|v| v.is_finite());
+            let found = format!("({}, {}, {}) m at {t_s} s", place.x, place.y, place.z);
+            if !finite {
+                return Err(Error::value("motion", "finite poses", found));
+            }
+            if let Some(primitive) = self.scene.obstacle(&place) {
+                let found = format!("{found}, beyond the surface of primitive {primitive}");
+                return Err(Error::value("motion", "a path through free space", found));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -115,6 +115,19 @@ impl<'a> Frames<'a> {
     }
 }
 
+impl Simulator {
+    /// All inertial and magnetic samples up to the last frame, the same that the frames carry,
+    /// without drawing any image.
+    ///
+    /// # Errors
+    /// Those of the sensors.
+    pub fn inertial(&self) -> Result<(Vec<ImuSample>, Vec<MagSample>)> {
+        let mut frames = Frames::new(self);
+        let last = self.stamp(self.len().saturating_sub(1));
+        Ok((frames.imu_until(last)?, frames.mag_until(last)?))
+    }
+}
+
 /// Stamp of reading `index` of a sensor.
 fn nth(start: Stamp, index: usize, rate_hz: f64) -> Stamp {
     start.plus_seconds(index as f64 / rate_hz)

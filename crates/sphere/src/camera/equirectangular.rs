@@ -33,6 +33,13 @@ impl Equirectangular {
     }
 }
 
+impl Equirectangular {
+    /// Pixels across and down of the whole sphere.
+    pub(crate) fn image_size(&self) -> (f64, f64) {
+        (self.fx * 2.0 * PI, self.fy * PI)
+    }
+}
+
 impl Projection for Equirectangular {
     fn project(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
         let flat = point.x.hypot(point.z);

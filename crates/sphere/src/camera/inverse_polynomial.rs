@@ -19,6 +19,8 @@ pub struct InversePolynomial {
     k: [f64; 4],
     centre: Vector2<f64>,
     limit: f64,
+    /// The image of the limit.
+    top: f64,
 }
 
 impl InversePolynomial {
@@ -33,22 +35,15 @@ impl InversePolynomial {
             }
         }
         let [k1, k2, k3, k4] = k;
-        let slope = [
-            1.0,
-            0.0,
-            3.0 * k1,
-            0.0,
-            5.0 * k2,
-            0.0,
-            7.0 * k3,
-            0.0,
-            9.0 * k4,
-        ];
-        Ok(Self {
+        let slope = [1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4]; // in the square
+        let mut model = Self {
             k,
             centre: centre.into(),
-            limit: positive_until(&slope, FARTHEST),
-        })
+            limit: positive_until(&slope, FARTHEST * FARTHEST).sqrt(),
+            top: 0.0,
+        };
+        model.top = model.undistorted(model.limit).0;
+        Ok(model)
     }
 
     /// The largest distorted radius that has a ray.
@@ -74,7 +69,7 @@ impl InversePolynomial {
     /// From the distortion centre to the undistorted point, and the distorted radius.
     fn radius(&self, point: &Vector3<f64>) -> Option<(Vector2<f64>, f64)> {
         let e = Vector2::new(point.x / point.z, point.y / point.z) - self.centre;
-        let radius = invert_increasing(|r| self.undistorted(r), self.limit, e.norm())?;
+        let radius = invert_increasing(|r| self.undistorted(r), (self.limit, self.top), e.norm())?;
         (point.z > 0.0).then_some((e, radius))
     }
 }

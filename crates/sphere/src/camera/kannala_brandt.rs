@@ -17,6 +17,8 @@ pub(crate) const NAMES: [&str; 4] = ["k1", "k2", "k3", "k4"];
 pub struct KannalaBrandt {
     k: [f64; 4],
     limit: f64,
+    /// The image of the limit.
+    top: f64,
 }
 
 impl KannalaBrandt {
@@ -31,21 +33,14 @@ impl KannalaBrandt {
             }
         }
         let [k1, k2, k3, k4] = k;
-        let slope = [
-            1.0,
-            0.0,
-            3.0 * k1,
-            0.0,
-            5.0 * k2,
-            0.0,
-            7.0 * k3,
-            0.0,
-            9.0 * k4,
-        ];
-        Ok(Self {
+        let slope = [1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4]; // in the square
+        let mut model = Self {
             k,
-            limit: positive_until(&slope, PI),
-        })
+            limit: positive_until(&slope, PI * PI).sqrt(),
+            top: 0.0,
+        };
+        model.top = model.distorted(model.limit).0;
+        Ok(model)
     }
 
     /// The largest angle to the optical axis that is seen, radians.
@@ -93,7 +88,7 @@ impl Bend for KannalaBrandt {
     }
 
     fn straighten(&self, m: &Vector2<f64>) -> Option<Vector3<f64>> {
-        let theta = invert_increasing(|t| self.distorted(t), self.limit, m.norm())?;
+        let theta = invert_increasing(|t| self.distorted(t), (self.limit, self.top), m.norm())?;
         let x = to_radius(m, theta.sin(), 1.0);
         Some(Vector3::new(x.x, x.y, theta.cos()).normalize())
     }

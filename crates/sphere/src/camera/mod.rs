@@ -39,7 +39,8 @@ pub trait Projection {
     /// The pixel that sees `point`; `None` where the model does not see its direction.
     fn project(&self, point: &Vector3<f64>) -> Option<Vector2<f64>>;
 
-    /// [`Projection::project`] with the derivative of the pixel by the point.
+    /// [`Projection::project`] with the derivative of the pixel by the point; `None` also where there
+    /// is no derivative (a pole, the very edge of a fold).
     fn project_with_jacobian(&self, point: &Vector3<f64>)
     -> Option<(Vector2<f64>, Matrix2x3<f64>)>;
 
@@ -74,7 +75,7 @@ impl Camera {
     /// From a model and an image size.
     ///
     /// # Errors
-    /// [`Error::Value`] for an empty image.
+    /// [`Error::Value`] for an empty image, or an equirectangular model made for another size.
     pub fn new(model: Model, width: usize, height: usize) -> Result<Self> {
         if width == 0 || height == 0 {
             return Err(Error::value(
@@ -82,6 +83,17 @@ impl Camera {
                 "at least 1x1",
                 format!("{width}x{height}"),
             ));
+        }
+        if let Model::Equirectangular(sphere) = &model {
+            let (found, expected) = (sphere.image_size(), (width as f64, height as f64));
+            // to the rounding of the pixels per radian
+            if (found.0 - expected.0).hypot(found.1 - expected.1) > 1e-6 {
+                return Err(Error::value(
+                    "width, height",
+                    format!("{}x{} pixels, the whole sphere", found.0, found.1),
+                    format!("{width}x{height}"),
+                ));
+            }
         }
         Ok(Self {
             model,

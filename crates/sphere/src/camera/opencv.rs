@@ -17,7 +17,7 @@ pub(crate) const NAMES: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "
 /// Thesis: section 1.1.1 names the radial distortion; these terms are OpenCV's.
 ///
 /// The polynomials fold back at some radius. The derivative of `m` is symmetric, and positive
-/// definite on the whole disc on which `(s g)' > 6 |p| r` and `g > 4 |p| r` (`g` the quotient,
+/// definite on the whole disc on which `(r g)' > 6 |p| r` and `g > 4 |p| r` (`g` the quotient,
 /// `r = |x|`): there `m` is one to one. Points outside the largest such disc are not seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Opencv {
@@ -25,6 +25,8 @@ pub struct Opencv {
     denominator: [f64; 4],
     p: Vector2<f64>,
     limit: f64,
+    /// The distorted radius at the limit, without tangential terms.
+    top: f64,
 }
 
 impl Opencv {
@@ -44,8 +46,10 @@ impl Opencv {
             denominator: [1.0, k4, k5, k6],
             p: Vector2::new(p2, p1),
             limit: FARTHEST,
+            top: FARTHEST,
         };
         model.limit = model.one_to_one_until();
+        model.top = model.radial(model.limit).0;
         Ok(model)
     }
 
@@ -99,42 +103,57 @@ impl Opencv {
         (x * (g + 2.0 * along) + self.p * s, jacobian)
     }
 
+    /// The distorted radius without tangential terms, and its derivative by the radius.
+    fn radial(&self, r: f64) -> (f64, f64) {
+        let (g, g_by_s) = self.quotient(r * r);
+        (r * g, g + 2.0 * r * r * g_by_s)
+    }
+
     /// The undistorted point within the limit: the radial part by a bracketed Newton, then, with
     /// tangential terms, a damped Newton that never leaves the disc.
     fn undistort(&self, m: &Vector2<f64>) -> Option<Vector2<f64>> {
-        let radial = |r: f64| {
-            let (g, g_by_s) = self.quotient(r * r);
-            (r * g, g + 2.0 * r * r * g_by_s)
-        };
-        let radius = invert_increasing(radial, self.limit, m.norm());
+        let radius = invert_increasing(|r| self.radial(r), (self.limit, self.top), m.norm());
         if self.p == Vector2::zeros() {
             return Some(to_radius(m, radius?, 1.0));
         }
         let mut x = to_radius(m, radius.unwrap_or(self.limit), 1.0);
         let (mut residual, mut jacobian) = self.residual(&x, m);
         for _ in 0..100 {
+            if residual.norm() <= f64::EPSILON * m.norm() {
+                return Some(x);
+            }
             let step = jacobian.try_inverse()? * residual;
-            let Some(next) = self.shorter(&x, &step, m, residual.norm()) else {
+            let Some(nearer) = self.nearer(&x, &step, m, residual.norm()) else {
                 break; // rounding: nothing nearer is found
             };
-            x = next;
-            (residual, jacobian) = self.residual(&x, m);
+            (x, residual, jacobian) = nearer;
         }
         (residual.norm() <= INVERSE_RESIDUAL * (1.0 + m.norm())).then_some(x)
     }
 
-    /// The first point along `-step`, halved up to 30 times, with a residual below `best`.
-    fn shorter(
+    /// The first point along `-step`, halved up to 30 times, with a residual below `best`; with its
+    /// residual and derivative.
+    fn nearer(
         &self,
         x: &Vector2<f64>,
         step: &Vector2<f64>,
         m: &Vector2<f64>,
         best: f64,
-    ) -> Option<Vector2<f64>> {
-        (0..30)
-            .map(|halvings| x - step * 0.5_f64.powi(halvings))
-            .map(|next| next * (self.limit / next.norm()).min(1.0))
-            .find(|next| self.residual(next, m).0.norm() < best)
+    ) -> Option<(Vector2<f64>, Vector2<f64>, Matrix2<f64>)> {
+        let mut step = *step;
+        for _ in 0..30 {
+            let next = x - step;
+            let next = next * (self.limit / next.norm()).min(1.0);
+            let (residual, jacobian) = self.residual(&next, m);
+            if residual.norm() < best {
+                return Some((next, residual, jacobian));
+            }
+            if best <= INVERSE_RESIDUAL * 0.1 {
+                return None; // found, to rounding
+            }
+            step *= 0.5;
+        }
+        None
     }
 
     fn residual(&self, x: &Vector2<f64>, m: &Vector2<f64>) -> (Vector2<f64>, Matrix2<f64>) {

@@ -66,41 +66,43 @@ fn bisect(below: impl Fn(f64) -> bool, mut low: f64, mut high: f64) -> f64 {
 }
 
 /// Solves `curve(x) = target` on [0, `limit`] for a `curve` (value, slope) that increases there
-/// from 0: Newton, kept inside a shrinking bracket. `None` where the curve does not reach `target`.
+/// from 0 to `top`: Newton, kept inside a shrinking bracket. `None` where the curve does not reach
+/// `target`.
 pub(crate) fn invert_increasing(
     curve: impl Fn(f64) -> (f64, f64),
-    limit: f64,
+    (limit, top): (f64, f64),
     target: f64,
 ) -> Option<f64> {
     let tolerance = INVERSE_RESIDUAL * (1.0 + target);
     let (mut low, mut high) = (0.0, limit);
-    if !(target >= 0.0 && curve(limit).0 >= target) {
-        return (target - curve(limit).0 <= tolerance).then_some(limit);
+    if !(target >= 0.0 && top >= target) {
+        return (target - top <= tolerance).then_some(limit);
     }
-    let mut x = target.min(limit);
+    let (mut x, mut nearest) = (target.min(limit), f64::INFINITY);
     for _ in 0..200 {
         let (value, slope) = curve(x);
-        if value == target {
+        let gap = value - target;
+        nearest = gap.abs();
+        if nearest <= f64::EPSILON * target {
             return Some(x);
         }
-        if value < target {
+        if gap < 0.0 {
             low = x;
         } else {
             high = x;
         }
-        let newton = x - (value - target) / slope;
+        let newton = x - gap / slope;
         let next = if newton > low && newton < high {
             newton
         } else {
             0.5 * (low + high)
         };
-        let moved = (next - x).abs();
-        x = next;
-        if moved <= f64::EPSILON * x {
-            break;
+        if (next - x).abs() <= f64::EPSILON * x {
+            break; // rounding of the curve keeps it off the target
         }
+        x = next;
     }
-    ((curve(x).0 - target).abs() <= tolerance).then_some(x)
+    (nearest <= tolerance).then_some(x)
 }
 
 /// `e` moved along itself to the length `radius`: `radius / |e| * e`, for a radius that grows like

@@ -13,11 +13,15 @@ use sphereflow_core::{Error, Result};
 /// ends do not say where it runs.
 const LEAST_WRAPPING_SIZE: (usize, usize) = (4, 2);
 
+/// Rounding of a ray on the seam or a pole, with a wide margin.
+const CLOSED: f64 = 1e-9;
+
 impl SphereGrid {
     /// Samples `camera` on its pixels.
     ///
     /// # Errors
-    /// [`Error::Value`] where no pixel has a ray, or a 360-degree image is smaller than 4x2.
+    /// [`Error::Value`] where no pixel has a ray, or a 360-degree image is smaller than 4x2
+    /// or has not the size its model is made for.
     pub fn new(camera: &Camera) -> Result<Self> {
         Self::with_rays(camera, |pixel| camera.unproject(pixel))
     }
@@ -39,6 +43,13 @@ impl SphereGrid {
         let ray_at = |x: f64, y: f64| {
             unproject(&Vector2::new(x, y)).unwrap_or_else(|| Vector3::repeat(f64::NAN))
         };
+        if camera.wraps_around() && !closes(width as f64, height as f64, ray_at) {
+            return Err(Error::value(
+                "camera",
+                "an equirectangular model made for the image's own size",
+                format!("one that does not close around {width}x{height} pixels"),
+            ));
+        }
         let corners = Corners::new(camera, ray_at);
         let mut rays = Vec::with_capacity(width * height);
         let mut solid_angle = Vec::with_capacity(width * height);
@@ -70,6 +81,14 @@ impl SphereGrid {
             lattice,
         })
     }
+}
+
+/// True where the image's left and right border are one meridian and its upper and lower the poles.
+fn closes(width: f64, height: f64, ray_at: impl Fn(f64, f64) -> Vector3<f64>) -> bool {
+    let middle = 0.5 * (height - 1.0);
+    let seam = ray_at(-0.5, middle) - ray_at(width - 0.5, middle);
+    let poles = ray_at(-0.5, height - 0.5) - ray_at(-0.5, -0.5);
+    seam.norm() < CLOSED && (poles.norm() - 2.0).abs() < CLOSED
 }
 
 /// Rays of the pixel corners: corner `(x, y)` is the upper left one of pixel `(x, y)`.

@@ -1,10 +1,13 @@
 //! Divergence on the sphere as a balance of fluxes through the edges of each pixel.
 
-use super::lattice::{Axis, Sides};
+use super::lattice::{Axis, Pixel, Sides};
 use super::{Border, SphereGrid};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use sphereflow_core::Result;
+
+/// Rows that one task works on; the fluxes between two bands are computed by both.
+const BAND: usize = 16;
 
 impl SphereGrid {
     /// Divergence on the sphere of the tangential part of `field` (one vector per pixel,
@@ -49,15 +52,28 @@ impl SphereGrid {
         flux: impl Fn(Axis, usize, usize) -> f64 + Sync,
     ) -> Result<()> {
         self.check_len("out", out.len())?;
-        let rows = out.par_chunks_mut(self.width());
-        let rows = rows.zip(self.solid_angle.par_chunks(self.width()));
-        rows.enumerate().for_each(|(y, (out, areas))| {
-            let mut left = flux(Axis::X, 0, y);
-            for (x, (out, area)) in out.iter_mut().zip(areas).enumerate() {
-                let right = flux(Axis::X, x + 1, y);
-                let (top, bottom) = (flux(Axis::Y, x, y), flux(Axis::Y, x, y + 1));
-                *out = ((right - left) + (bottom - top)) / area;
-                left = right;
+        let (width, band) = (self.width(), BAND * self.width());
+        let bands = out.par_chunks_mut(band);
+        let bands = bands.zip(self.solid_angle.par_chunks(band));
+        bands.enumerate().for_each(|(number, (out, areas))| {
+            let first = number * BAND;
+            for (x, out) in out[..width].iter_mut().enumerate() {
+                *out = -flux(Axis::Y, x, first);
+            }
+            let rows = areas.len() / width;
+            for row in 0..rows {
+                // The flux through the lower edges serves this row and the next.
+                let (above, below) = out[row * width..].split_at_mut(width);
+                let mut left = flux(Axis::X, 0, first + row);
+                for (x, out) in above.iter_mut().enumerate() {
+                    let right = flux(Axis::X, x + 1, first + row);
+                    let bottom = flux(Axis::Y, x, first + row + 1);
+                    *out = ((right - left) + (bottom + *out)) / areas[row * width + x];
+                    left = right;
+                    if let Some(next) = below.get_mut(x) {
+                        *next = -bottom;
+                    }
+                }
             }
         });
         Ok(())
@@ -73,24 +89,21 @@ impl SphereGrid {
         border: Border,
     ) -> f64 {
         let table = self.table(axis);
-        let normal = &table.edge(x, y).normal_length;
+        let normal = table.normal(x, y);
+        let [before, after] = self.lattice.beside(axis, x, y);
         match table.sides(x, y) {
             Sides::Closed => 0.0,
             Sides::Inner => {
-                let (before, after) = self.lattice.beside(axis, x, y);
-                0.5 * normal.dot(&(field[before] + field[after]))
+                let at = |pixel| field[self.lattice.index(pixel)];
+                0.5 * normal.dot(&(at(before) + at(after)))
             }
             _ if border == Border::ZeroFlux => 0.0,
-            Sides::After => normal.dot(&self.border_value(axis, field, x, y, 1)),
-            Sides::Before => {
-                let (before, _) = self.lattice.beside(axis, x, y);
-                let (x, y) = (before % self.width(), before / self.width());
-                normal.dot(&self.border_value(axis, field, x, y, -1))
-            }
+            Sides::After => normal.dot(&self.border_value(axis, field, after, 1)),
+            Sides::Before => normal.dot(&self.border_value(axis, field, before, -1)),
         }
     }
 
-    /// The field on the border beside pixel `(x, y)`, the inside being in direction `inwards`: the
+    /// The field on the border beside a pixel, the inside being in direction `inwards`: the
     /// mean of the pixel and of one extrapolated beyond the border. (Not the value extrapolated to
     /// the border itself: the error of a mean of two is what the opposite edge has too, and only
     /// equal errors cancel in the balance.)
@@ -98,12 +111,11 @@ impl SphereGrid {
         &self,
         axis: Axis,
         field: &[Vector3<f64>],
-        x: usize,
-        y: usize,
+        (x, y): Pixel,
         inwards: isize,
     ) -> Vector3<f64> {
         let inner = |steps| self.lattice.neighbour(axis, x, y, inwards * steps);
-        let own = field[y * self.width() + x];
+        let own = field[self.lattice.index((x, y))];
         match (inner(1), inner(2)) {
             (Some(one), Some(two)) => own * 2.0 - field[one] * 1.5 + field[two] * 0.5,
             (Some(one), None) => own * 1.5 - field[one] * 0.5,

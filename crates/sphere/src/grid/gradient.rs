@@ -1,5 +1,7 @@
 //! Gradient on the sphere from derivatives along the two pixel coordinates.
 //!
+//! Thesis: eq. (1.21) is the same vector in pinhole coordinates; here it is for every camera.
+//!
 //! The rays' own derivatives along x and y span the tangent plane; the gradient is the tangent
 //! vector with the measured slopes along both, g = f_x e^x + f_y e^y with the dual basis. Rays and
 //! field are differenced by the same stencils, so the error is that of the stencil: second order,

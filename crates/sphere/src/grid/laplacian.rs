@@ -1,11 +1,13 @@
 //! Laplacian on the sphere: the balance of the gradient's fluxes through the edges.
 //!
+//! Thesis: eq. (2.16) is the same operator in pinhole coordinates; here it is for every camera.
+//!
 //! The gradient's component across an edge is a combination of the difference of the two pixels
 //! beside it and of the mean slope along the other pixel coordinate: N = alpha d + beta t with d
 //! the step between the two rays and t the rays' own slope along the edge. beta is what pixels
 //! that are not rectangular on the sphere need (all but the 360-degree image).
 
-use super::lattice::{Axis, Lattice, Sides, Value};
+use super::lattice::{Axis, Lattice, Pixel, Sides, Value};
 use super::{Border, Edge, SphereGrid};
 use nalgebra::Vector3;
 use sphereflow_core::Result;
@@ -32,15 +34,16 @@ impl FluxWeights {
         rays: &[Vector3<f64>],
         edge: &Edge,
         axis: Axis,
-        (x, y): (usize, usize),
+        (x, y): Pixel,
     ) -> Self {
         let length = edge.normal_length.norm();
-        let (before, after) = lattice.beside(axis, x, y);
+        let beside = lattice.beside(axis, x, y);
+        let [before, after] = beside.map(|pixel| lattice.index(pixel));
         let normal = edge.normal_length / length;
         let tangent = edge.middle.cross(&normal);
         let step = rays[after] - rays[before];
         let (d1, d2) = (step.dot(&normal), step.dot(&tangent));
-        let slope = slope_along(lattice, axis, rays, before, after);
+        let slope = slope_along(lattice, axis, rays, beside);
         let Some((t1, t2)) = slope.map(|t| (t.dot(&normal), t.dot(&tangent))) else {
             return Self {
                 across: length * d1 / (d1 * d1 + d2 * d2),
@@ -65,16 +68,14 @@ fn slope_along<T: Value>(
     lattice: &Lattice,
     axis: Axis,
     data: &[T],
-    before: usize,
-    after: usize,
+    beside: [Pixel; 2],
 ) -> Option<T> {
     let other = match axis {
         Axis::X => Axis::Y,
         Axis::Y => Axis::X,
     };
-    let slope =
-        |pixel| lattice.derivative(other, data, pixel % lattice.width, pixel / lattice.width);
-    match (slope(before), slope(after)) {
+    let [before, after] = beside.map(|(x, y)| lattice.derivative(other, data, x, y));
+    match (before, after) {
         (Some(a), Some(b)) => Some((a + b) * 0.5),
         (one, other) => one.or(other),
     }
@@ -128,12 +129,13 @@ impl SphereGrid {
 
     fn inner_gradient_flux(&self, axis: Axis, field: &[f64], x: usize, y: usize) -> f64 {
         let weights = self.table(axis).weights(x, y);
-        let (before, after) = self.lattice.beside(axis, x, y);
+        let beside = self.lattice.beside(axis, x, y);
+        let [before, after] = beside.map(|pixel| self.lattice.index(pixel));
         let across = weights.across * (field[after] - field[before]);
         if weights.along == 0.0 {
             return across;
         }
-        let slope = slope_along(&self.lattice, axis, field, before, after);
+        let slope = slope_along(&self.lattice, axis, field, beside);
         across + weights.along * slope.unwrap_or(f64::NAN)
     }
 

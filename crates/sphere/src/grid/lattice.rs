@@ -40,6 +40,9 @@ pub(super) enum Sides {
     Before,
 }
 
+/// Column and row.
+pub(super) type Pixel = (usize, usize);
+
 /// One of the two image axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axis {
@@ -121,16 +124,20 @@ impl Lattice {
         }
     }
 
-    /// Indices of the pixels before and after edge `(x, y)` of the axis, `(x - 1, y)` or
-    /// `(x, y - 1)` and `(x, y)`; of use only where [`Lattice::sides`] says that they are there.
-    pub fn beside(&self, axis: Axis, x: usize, y: usize) -> (usize, usize) {
-        let here = y * self.width + x;
+    /// The pixels before and after edge `(x, y)` of the axis, `(x - 1, y)` or `(x, y - 1)` and
+    /// `(x, y)`; of use only where [`Lattice::sides`] says that they are there.
+    pub fn beside(&self, axis: Axis, x: usize, y: usize) -> [Pixel; 2] {
         match axis {
-            Axis::X if self.wraps && x == 0 => (here + self.width - 1, here),
-            Axis::X if self.wraps && x == self.width => (here - 1, here - self.width),
-            Axis::X => (here.wrapping_sub(1), here),
-            Axis::Y => (here.wrapping_sub(self.width), here),
+            Axis::X if self.wraps && x == 0 => [(self.width - 1, y), (0, y)],
+            Axis::X if self.wraps && x == self.width => [(x - 1, y), (0, y)],
+            Axis::X => [(x.wrapping_sub(1), y), (x, y)],
+            Axis::Y => [(x, y.wrapping_sub(1)), (x, y)],
         }
+    }
+
+    /// Index of a pixel of the lattice.
+    pub fn index(&self, (x, y): Pixel) -> usize {
+        y * self.width + x
     }
 
     /// True where there is an edge `(x, y)` of the axis.
@@ -147,10 +154,10 @@ impl Lattice {
             Axis::X => (x > 0 || self.wraps, x < self.width || self.wraps),
             Axis::Y => (y > 0, y < self.height),
         };
-        let (before, after) = self.beside(axis, x, y);
+        let [before, after] = self.beside(axis, x, y);
         match (
-            has_before && self.valid[before],
-            has_after && self.valid[after],
+            has_before && self.valid[self.index(before)],
+            has_after && self.valid[self.index(after)],
         ) {
             (true, true) => Sides::Inner,
             (false, true) => Sides::After,

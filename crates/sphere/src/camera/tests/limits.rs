@@ -83,6 +83,42 @@ fn opencv_limit_is_the_fold_of_the_radius() {
 }
 
 #[test]
+fn opencv_calibrations_in_use_see_their_whole_image() {
+    // Freiburg 1 and 2 of the TUM RGB-D benchmark, camera 0 of EuRoC
+    let tum_1 = [0.2624, -0.9531, -0.0054, 0.0026, 1.1633, 0.0, 0.0, 0.0];
+    let tum_2 = [0.2312, -0.7849, -0.0033, -0.0001, 0.9172, 0.0, 0.0, 0.0];
+    let euroc = [
+        -0.28340811,
+        0.07395907,
+        0.00019359,
+        1.76187114e-05,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ];
+    let cameras = [
+        Camera::opencv(517.3, 516.5, 318.6, 255.3, tum_1, 640, 480).unwrap(),
+        Camera::opencv(520.9, 521.0, 325.1, 249.7, tum_2, 640, 480).unwrap(),
+        Camera::opencv(458.654, 457.296, 367.215, 248.375, euroc, 752, 480).unwrap(),
+    ];
+    for camera in cameras {
+        for row in 0..camera.height() {
+            for col in 0..camera.width() {
+                let pixel = Vector2::new(col as f64, row as f64);
+                assert!(camera.unproject(&pixel).is_some(), "{pixel} of {camera:?}");
+            }
+        }
+    }
+    let folding = Opencv::new(OPENCV_BARREL)
+        .unwrap()
+        .limit()
+        .atan()
+        .to_degrees();
+    println!("the strong barrel sees {folding} degrees");
+}
+
+#[test]
 fn opencv_limit_stops_before_a_pole() {
     let model = Opencv::new([0.0, 0.0, 0.0, 0.0, 0.0, -0.25, 0.0, 0.0]).unwrap();
     assert!((model.limit() - 2.0).abs() < 1e-9, "{}", model.limit()); // 1 - r^2/4 = 0

@@ -43,7 +43,7 @@ fn double_sphere(xi: f64, alpha: f64) -> Camera {
 
 /// A structured-light camera's OpenCV calibration: five terms, of mixed signs.
 const OPENCV_MILD: [f64; 8] = [0.041, -0.3286, 0.0087, -0.0051, 0.5643, 0.0, 0.0, 0.0];
-/// A wide lens that folds back at 31 degrees from the axis.
+/// A wide lens that folds back at 45 degrees from the axis.
 const OPENCV_BARREL: [f64; 8] = [-0.45, 0.12, 0.001, -0.002, -0.03, 0.0, 0.0, 0.0];
 /// All eight terms, as of a time-of-flight camera.
 const OPENCV_RATIONAL: [f64; 8] = [0.45, 0.21, 3e-5, -4e-5, 0.011, 0.79, 0.33, 0.058];

@@ -119,5 +119,7 @@ fn parameters_outside_their_domain_are_named() {
     );
     named(Camera::pinhole(FX, FY, f64::INFINITY, CY, 4, 4), "cx");
     named(Camera::fov(FX, FY, CX, CY, 0.9, 4, 0), "width, height");
+    let sphere = Camera::equirectangular(64, 32).unwrap();
+    named(Camera::new(sphere.model().clone(), 64, 31), "width, height");
     named(unified(0.3).with_distortion_centre(0.0, 0.0), "dx, dy");
 }

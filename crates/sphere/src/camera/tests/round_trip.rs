@@ -86,7 +86,7 @@ fn fov_round_trip_holds_up_to_the_model_limit() {
 fn any_camera() -> impl Strategy<Value = Camera> {
     let k = |size: f64| proptest::array::uniform4(-size..size);
     prop_oneof![
-        (k(0.5), k(0.3), k(0.02))
+        (k(0.5), k(0.3), k(0.1))
             .prop_map(|(n, d, p)| { opencv([n[0], n[1], p[0], p[1], n[2], d[0], d[1], d[2]]) }),
         (k(0.5), -0.1..0.1, -0.1..0.1).prop_map(|(k, dx, dy)| {
             inverse_polynomial(k)

@@ -37,8 +37,8 @@ fn border_sum(grid: &SphereGrid, flux: impl Fn(Axis, usize, usize) -> f64) -> f6
         };
         let rows = height + usize::from(axis == Axis::Y);
         for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
-            let (before, after) = grid.lattice.beside(axis, x, y);
-            let inside = |index: usize| in_set(index % width, index / width);
+            let [before, after] = grid.lattice.beside(axis, x, y);
+            let inside = |(x, y)| in_set(x, y);
             let (before, after) = match grid.table(axis).sides(x, y) {
                 Sides::Closed => (false, false),
                 Sides::Inner => (inside(before), inside(after)),

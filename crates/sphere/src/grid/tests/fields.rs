@@ -13,9 +13,9 @@ pub(super) trait Exact {
 
 /// `eta.P`, and `eta x (eta x P)`.
 ///
-/// Thesis: eq. (A.1) (the gradient) and eq. (A.4) (the Laplacian -2 eta.P). The thesis prints
-/// div(eta x (eta x P)) = -2 eta.P in section 6.1; the sign is +, since eta x (eta x P) is minus
-/// the gradient of eta.P.
+/// Thesis: eq. (A.1), the gradient -eta x (eta x P). Thesis: eq. (A.4), the Laplacian -2 eta.P.
+/// Thesis: section 6.1 prints div(eta x (eta x P)) = -2 eta.P; the sign is +, since
+/// eta x (eta x P) is minus the gradient of eta.P.
 pub(super) struct Linear(pub Vector3<f64>);
 
 impl Exact for Linear {

@@ -126,3 +126,15 @@ fn grid_refuses_a_sphere_of_three_columns() {
     let error = SphereGrid::new(&Camera::equirectangular(3, 2).unwrap()).unwrap_err();
     assert!(error.to_string().contains("camera size"), "{error}");
 }
+
+#[test]
+fn grid_refuses_a_sphere_that_does_not_close() {
+    let model = Camera::equirectangular(64, 32).unwrap().model().clone();
+    for (width, height) in [(60, 32), (64, 30), (64, 34)] {
+        let camera = Camera::new(model.clone(), width, height).unwrap();
+        let error = SphereGrid::new(&camera)
+            .err()
+            .map(|error| error.to_string());
+        assert!(error.is_some_and(|error| error.contains("does not close")));
+    }
+}
