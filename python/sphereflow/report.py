@@ -24,24 +24,28 @@ from sphereflow.journal import Journal
 SCHEMA = 1
 """Version of the report's layout; a key is never given another meaning under the same number."""
 
-GAP_FACTOR = 1.5
-"""An interval longer than this many median intervals is a gap: one missing frame makes it 2."""
+FRAME_GAP = 1.5
+"""An interval longer than this many usual ones is a gap: one missing frame makes it 2."""
+
+BURST_GAP = 5.0
+"""The same for inertial samples, which arrive in bursts: uneven intervals are not yet gaps."""
 
 Stamps = NDArray[np.int64]
 
 
-def timing_of_stamps(stamp_ns: Stamps) -> dict[str, Any]:
+def timing_of_stamps(stamp_ns: Stamps, *, gap_factor: float = FRAME_GAP) -> dict[str, Any]:
     """Duration, rate and gaps of a stream of increasing stamps, as plain values."""
     steps = np.diff(np.asarray(stamp_ns, dtype=np.int64)).astype(np.float64)
     positive = steps[steps > 0]
     if len(positive) == 0:
         return {"samples": len(stamp_ns), "duration_s": 0.0, "rate_hz": None, "gaps": None}
-    median = float(np.median(positive))
-    gaps = steps[steps > GAP_FACTOR * median]
+    # The larger of median and mean: in bursts most intervals are far shorter than the usual one.
+    usual = max(float(np.median(positive)), float(np.mean(positive)))
+    gaps = steps[steps > gap_factor * usual]
     return {
         "samples": len(stamp_ns),
         "duration_s": float(stamp_ns[-1] - stamp_ns[0]) / 1e9,
-        "rate_hz": 1e9 / median,
+        "rate_hz": 1e9 / float(np.mean(positive)),
         "jitter_s": float(np.std(positive)) / 1e9,
         "not_increasing": int((steps <= 0).sum()),
         "gaps": {"count": len(gaps), "longest_s": float(gaps.max()) / 1e9 if len(gaps) else 0.0},
@@ -61,7 +65,7 @@ def streams_of(recording: RecordingLike) -> dict[str, Any]:
         samples = getattr(recording, name, None) or {}
         stamps = samples.get("stamp_ns")
         if stamps is not None and len(stamps):
-            streams[name] = timing_of_stamps(stamps)
+            streams[name] = timing_of_stamps(stamps, gap_factor=BURST_GAP)
     return streams
 
 

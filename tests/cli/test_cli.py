@@ -192,6 +192,22 @@ def test_demo_tracks_and_prints_the_error_against_the_truth(tmp_path):
     assert "rmse 0.000000 m over 40" in result.output
 
 
+def test_sim_writes_a_recording_that_can_be_read(tmp_path):
+    result = invoke("sim", "--out", tmp_path / "room", "--duration", 0.2, "--rate", 20)
+    assert result.exit_code == 0, result.stderr
+    found = json.loads(invoke("info", tmp_path / "room", "--json").output)
+    assert found["frames"] in (4, 5)
+    assert found["truth_poses"] > 0
+    assert found["depth"]["known_share"] > 0.5
+
+
+def test_sim_into_a_full_folder_is_one_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    result = invoke("sim", "--out", tmp_path, "--duration", 0.1)
+    assert result.exit_code == 1, result.output
+    assert result.stderr.count("error: ") == 1
+
+
 @pytest.mark.usefixtures("recording")
 def test_info_prints_streams_calibration_and_depth():
     result = invoke("info", "data")

@@ -31,8 +31,8 @@ FORMATS: dict[Format, Literal["tum", "kitti", "euroc"]] = {
 def read_trajectory(path: Path, file_format: Format | None = None) -> sphereflow.Trajectory:
     """Read a file; rows whose time does not increase are left out, and said so.
 
-    The library refuses such a file. Published truth has them (motion capture that repeats a
-    stamp), so the command reads on: a row less changes no figure that can be printed.
+    The library refuses such a file. Published files have such rows (motion capture repeats a stamp
+    now and then), so the command reads on without them and tells how many there were.
     """
     known = None if file_format is None else FORMATS[file_format]
     try:

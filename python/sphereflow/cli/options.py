@@ -108,7 +108,7 @@ def show(error: PoseError, plot: Path | None, as_json: bool) -> None:
     names = ("rmse", "mean", "median", "std", "min", "max", "sse")
     rows = [(name, f"{getattr(statistics, name):.6f}") for name in names]
     what = "matched poses" if error.metric == "ape" else "pairs"
-    rows.append((what, str(len(error.error))))
+    rows.append((what, str(error.pairs)))
     if error.align in ("sim3", "scale"):
         rows.append(("scale", f"{error.scale:.6g}"))
     print_rows(rows)

@@ -20,7 +20,7 @@ def finish(result: RunResult, min_coverage: float) -> None:
         ("coverage", f"{100 * result.coverage:.1f} % of the frames have a pose"),
         ("path length", f"{report['path_length_m']:.3f} m"),
         ("map", f"{report['map_points']} points"),
-        ("speed", "unknown" if rate is None else f"{rate:.1f} frames/s"),
+        ("speed", "unknown" if rate is None else f"{rate:.1f} frames/s ({_stages(report)})"),
     ]
     rows += [(name, _error(error)) for name, error in report["truth"].items()]
     rows += [("warning", text) for text in report["warnings"]["texts"]]
@@ -34,6 +34,13 @@ def finish(result: RunResult, min_coverage: float) -> None:
             f"look at {result.folder / 'report.json'}, or lower --min-coverage",
             FAILED,
         )
+
+
+def _stages(report: dict[str, Any]) -> str:
+    """Seconds of the stages that the speed counts."""
+    seconds = report["seconds"]
+    names = [name for name in ("decode", "odometry", "map") if name in seconds]
+    return ", ".join(f"{name} {seconds[name]:.1f} s" for name in names)
 
 
 def _error(error: Any) -> str:

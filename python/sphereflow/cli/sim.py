@@ -13,6 +13,8 @@ EXAMPLES = """[bold]Examples[/bold]
 
   sphereflow sim --out room --seed 7
 
+  sphereflow sim --out short --duration 2 --rate 15
+
   sphereflow run room --out result"""
 
 
@@ -25,15 +27,19 @@ def register(app: typer.Typer) -> None:
 def sim(
     out: Annotated[Path, typer.Option(help="Folder for the recording.")],
     seed: Annotated[int, typer.Option(help="Seed of all noise: same seed, same recording.")] = 0,
+    duration: Annotated[
+        float | None, typer.Option(help="Seconds to simulate; a whole tour if not given.")
+    ] = None,
+    rate: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
 ) -> None:
     """Simulate a depth camera and its inertial sensors in a room, and write the recording.
 
     The folder has the layout of the TUM RGB-D benchmark, with the exact motion as
     groundtruth.txt; every program that reads TUM recordings can read it.
     """
-    from sphereflow import sim as simulator
+    from sphereflow.sim import Simulator
 
-    recording = simulator.demo(seed=seed)
+    recording = Simulator(seed=seed, duration_s=duration, rate_hz=rate)
     with progress_bar("simulating") as progress:
         recording.write(out, progress=progress)
     print_rows([("frames", str(len(recording))), ("recording", str(out))])

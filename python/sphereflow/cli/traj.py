@@ -81,7 +81,7 @@ def _rows(trajectory: sphereflow.Trajectory) -> list[tuple[str, str]]:
         gaps = timing["gaps"]
         duration = timing["duration_s"]
         rows.append(("duration", f"{duration:.6f} s"))
-        rows.append(("rate", f"{timing['rate_hz']:.2f} Hz (median)"))
+        rows.append(("rate", f"{timing['rate_hz']:.2f} Hz (mean)"))
         rows.append(("mean speed", f"{length / duration:.3f} m/s"))
         rows.append(("gaps", f"{gaps['count']}, the longest {gaps['longest_s']:.3f} s"))
     return rows

@@ -84,6 +84,11 @@ class PoseError:
     description: str
 
     @property
+    def pairs(self) -> int:
+        """How many poses (ape) or pairs of poses (rpe) were compared."""
+        return len(self.error)
+
+    @property
     def scale(self) -> float:
         """Scale of the alignment: 1 unless it was estimated."""
         return self.alignment.scale
@@ -95,7 +100,7 @@ class PoseError:
             "relation": self.relation,
             "unit": self.unit,
             "description": self.description,
-            "pairs": len(self.error),
+            "pairs": self.pairs,
             "matched_poses": len(self.matches),
             "statistics": asdict(self.statistics),
             "align": self.align,
