@@ -1,9 +1,7 @@
 //! A random field of unit variance, correlated over several pixels: the sum of a few smoothed white fields.
 
-use super::checks;
 use super::stream::Streams;
-use rand::RngExt;
-use rand_distr::StandardNormal;
+use super::{checks, normals};
 use rayon::prelude::*;
 use sphereflow_core::{Error, Result};
 
@@ -67,15 +65,14 @@ impl Cascade {
 
     /// Fills `row` with the filtered white noise of one stream.
     fn fill_row(&self, row: &mut [f32], mut rng: rand_chacha::ChaCha8Rng) {
-        let start: f32 = rng.sample(StandardNormal);
-        for value in row.iter_mut() {
-            *value = rng.sample(StandardNormal);
-        }
+        let mut start = [0.0];
+        normals::for_each(&mut start, &mut rng, |value, normal| *value = normal);
+        normals::for_each(row, &mut rng, |value, normal| *value = normal);
         let Some((first, rest)) = row.split_first_mut() else {
             return;
         };
         let mut u = *first;
-        let mut y = self.r * u + self.s * start;
+        let mut y = self.r * u + self.s * start[0];
         *first = y;
         for value in rest {
             u = self.a * u + self.b * *value;
