@@ -1,9 +1,12 @@
 //! What a camera sees of a scene.
 
+mod bundle;
 mod candidates;
+mod shade;
 
-use crate::scene::Scene;
-use candidates::{Candidates, Cone};
+use crate::scene::{Crossing, Scene};
+use bundle::Bundle;
+use candidates::Candidates;
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use rayon::prelude::*;
 use sphereflow_core::{DepthMap, Plane, Pose, RangeMap};
@@ -39,8 +42,8 @@ pub struct Renderer {
     camera: Camera,
     /// Unit rays in the camera frame, row after row; NaN where the model has none.
     rays: Vec<Vector3<f64>>,
-    /// One cone around each segment of each row, camera frame.
-    cones: Vec<Cone>,
+    /// What encloses each segment of each row, camera frame.
+    bundles: Vec<Bundle>,
     /// Angle between the rays of neighbouring pixels in the middle of the image.
     pixel_rad: f64,
 }
@@ -62,9 +65,9 @@ impl Renderer {
             .flat_map(|y| (0..width).map(move |x| (x as f64, y as f64)))
             .map(|(x, y)| ray(x, y))
             .collect();
-        let cones = rays
+        let bundles = rays
             .chunks(width)
-            .flat_map(|row| row.chunks(SEGMENT).map(Cone::around))
+            .flat_map(|row| row.chunks(SEGMENT).map(Bundle::around))
             .collect();
         let (cx, cy) = (0.5 * width as f64 - 0.5, 0.5 * height as f64 - 0.5);
         let step = (ray(cx + 0.5, cy) - ray(cx - 0.5, cy)).norm();
@@ -72,7 +75,7 @@ impl Renderer {
             scene: scene.clone(),
             camera: camera.clone(),
             rays,
-            cones,
+            bundles,
             pixel_rad: if step.is_finite() { step } else { 0.0 },
         }
     }
@@ -129,22 +132,39 @@ impl Renderer {
         let rotation = UnitQuaternion::to_rotation_matrix(pose.rotation);
         let rays = &self.rays[y * width..(y + 1) * width];
         let segments = width.div_ceil(SEGMENT);
-        let cones = &self.cones[y * segments..(y + 1) * segments];
+        let bundles = &self.bundles[y * segments..(y + 1) * segments];
         let mut candidates = Candidates::new(&self.scene, &origin);
-        for (segment, cone) in cones.iter().enumerate() {
-            candidates.choose(cone, &rotation);
-            let first = segment * SEGMENT;
-            for (offset, ray) in rays[first..].iter().take(SEGMENT).enumerate() {
-                let (x, unit) = (first + offset, rotation * ray);
-                out.grey[x] = f32::NAN;
-                if let Some(crossing) = candidates.nearest(&origin, &unit) {
-                    let hit = self
-                        .scene
-                        .describe(&origin, &unit, crossing, self.pixel_rad);
-                    out.range[x] = hit.range_m as f32;
-                    out.depth[x] = (hit.range_m * ray.z) as f32;
-                    out.grey[x] = hit.grey as f32;
-                    out.colour[x] = hit.rgb.map(|c| (c + 0.5) as u8);
+        let mut seen = [(Vector3::zeros(), None); SEGMENT];
+        for (segment, (bundle, rays)) in bundles.iter().zip(rays.chunks(SEGMENT)).enumerate() {
+            candidates.choose(&bundle.turned(&rotation));
+            for (seen, ray) in seen.iter_mut().zip(rays) {
+                let unit = rotation * ray;
+                *seen = (unit, candidates.nearest(&unit));
+            }
+            let mut x = segment * SEGMENT;
+            let face = |c: &Option<Crossing>| c.map(|c| (c.primitive, c.face));
+            for run in seen[..rays.len()].chunk_by(|a, b| face(&a.1) == face(&b.1)) {
+                let crossings = run.iter().filter_map(|(unit, c)| Some((*unit, (*c)?)));
+                out.grey[x..x + run.len()].fill(f32::NAN);
+                let mut place = x;
+                shade::face(
+                    &self.scene,
+                    &origin,
+                    self.pixel_rad,
+                    crossings,
+                    |rgb, grey| {
+                        out.colour[place] = rgb.map(|c| (c + 0.5) as u8);
+                        out.grey[place] = grey as f32;
+                        place += 1;
+                    },
+                );
+                for (_, crossing) in run {
+                    if let Some(crossing) = crossing {
+                        out.range[x] = crossing.range_m as f32;
+                        let ahead = self.rays[y * width + x].z;
+                        out.depth[x] = (crossing.range_m * ahead) as f32;
+                    }
+                    x += 1;
                 }
             }
         }

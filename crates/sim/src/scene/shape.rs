@@ -87,6 +87,25 @@ impl Shape {
         }
     }
 
+    /// The least coordinate of its points along `normal` from the world's origin, for a unit normal
+    /// in metres; minus infinity for what surrounds the camera.
+    #[inline]
+    pub(crate) fn least_along(&self, normal: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Room(_) | Self::Ellipsoid(_) => f64::NEG_INFINITY,
+            Self::Block(s) => s.least_along(normal),
+            Self::Ball(s) => normal.dot(&s.centre) - s.radius_m * normal.norm(),
+            Self::Cylinder(s) => {
+                let upright = normal.y.abs() * s.half_height_m;
+                normal.dot(&s.centre) - upright - s.radius_m * normal.x.hypot(normal.z)
+            }
+            Self::Rectangle(s) => {
+                let [u, v] = s.along.map(|edge| edge.dot(normal).abs());
+                normal.dot(&s.centre) - u * s.half_m[0] - v * s.half_m[1]
+            }
+        }
+    }
+
     /// True where a camera at `point` would see the shape as it is: outside a solid, inside what
     /// surrounds it.
     pub(crate) fn leaves_free(&self, point: &Vector3<f64>) -> bool {

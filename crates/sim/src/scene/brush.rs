@@ -1,0 +1,177 @@
+//! A texture ready to paint neighbouring points: what one of them needs the last one mostly needed.
+
+use super::lattice::{Cells, hashed, split};
+use super::{SurfacePoint, Texture};
+use std::f64::consts::TAU;
+
+/// Sizes of cells whose corners are kept; more are possible, and hashed anew at each point.
+const KEPT: usize = 3;
+
+/// Length and height of the grain within a brick, metres.
+const GRAIN_M: [f64; 2] = [0.035, 0.012];
+
+/// A texture, and what of it was met last. Any brush paints the same.
+#[derive(Clone, Debug)]
+pub(crate) struct Brush {
+    texture: Texture,
+    cells: [Cells; KEPT],
+    /// Column and row of the last brick with its random values.
+    brick: ([i64; 2], [f32; 4]),
+}
+
+impl Brush {
+    pub(crate) fn new(texture: Texture) -> Self {
+        let seed = match texture {
+            Texture::Bricks { seed, .. } | Texture::Mosaic { seed, .. } => seed,
+            _ => 0,
+        };
+        let bricks = matches!(texture, Texture::Bricks { .. });
+        let cells = std::array::from_fn(|index| match bricks {
+            true => Cells::new(seed ^ 0xA5),
+            false => Cells::new(octave_seed(seed, index as u32)),
+        });
+        Self {
+            texture,
+            cells,
+            brick: ([0; 2], brick_values(seed, [0; 2])),
+        }
+    }
+
+    /// Colour at a place; see [`Texture::rgb`].
+    #[inline]
+    pub(crate) fn rgb(&mut self, at: &SurfacePoint, footprint_m: f64) -> [f64; 3] {
+        match self.texture {
+            Texture::Plain { rgb } => rgb,
+            Texture::Sinusoid { period_m } => {
+                let [u, v] = at.uv.map(|c| (TAU * c / period_m).sin());
+                [128.5 + 63.75 * (u + v); 3]
+            }
+            Texture::SolidSinusoid { period_m } => {
+                let sum: f64 = at.local.iter().map(|c| (TAU * c / period_m).sin()).sum();
+                [128.5 + 42.5 * sum; 3]
+            }
+            Texture::Checker {
+                size_m,
+                edge_m,
+                colours: [a, b],
+            } => {
+                let width = edge_m.max(footprint_m) / size_m;
+                let [u, v] = at.uv.map(|c| square_wave(c / size_m, width));
+                let w = 0.5 + 0.5 * u * v * fade(footprint_m / size_m);
+                std::array::from_fn(|i| a[i] + w * (b[i] - a[i]))
+            }
+            Texture::Bricks { .. } => self.bricks(at.uv, footprint_m),
+            Texture::Mosaic { .. } => self.mosaic(at, footprint_m),
+        }
+    }
+
+    #[inline]
+    fn mosaic(&mut self, at: &SurfacePoint, footprint_m: f64) -> [f64; 3] {
+        let Texture::Mosaic {
+            size_m,
+            octaves,
+            softness,
+            rgb,
+            spread,
+            solid,
+            seed,
+        } = self.texture
+        else {
+            return [0.0; 3];
+        };
+        let (mut sum, mut per_m, mut share) = ([0.0_f32; 4], 1.0 / size_m, 0.5);
+        for octave in 0..octaves {
+            let visible = share * fade(footprint_m * per_m);
+            if visible == 0.0 {
+                break; // all smaller cells are averaged away too
+            }
+            let per_edge = 1.0 / softness.max(footprint_m * per_m).clamp(1e-3, 1.0);
+            let mut anew;
+            let cells = match self.cells.get_mut(octave as usize) {
+                Some(kept) => kept,
+                None => {
+                    anew = Cells::new(octave_seed(seed, octave));
+                    &mut anew
+                }
+            };
+            let own = if solid {
+                cells.space(at.local.map(|c| c * per_m).into(), per_edge)
+            } else {
+                cells.plane(at.uv[0] * per_m, at.uv[1] * per_m, per_edge)
+            };
+            // Mostly brightness, some hue.
+            let (visible, common) = (visible as f32, 0.7 * own[0]);
+            for (total, own) in sum.iter_mut().zip(own) {
+                *total += visible * (common + 0.3 * own);
+            }
+            per_m *= 2.0;
+            share *= 0.7;
+        }
+        std::array::from_fn(|i| (rgb[i] + 1.4 * spread[i] * f64::from(sum[i])).clamp(0.0, 255.0))
+    }
+
+    #[inline]
+    fn bricks(&mut self, [u, v]: [f64; 2], footprint_m: f64) -> [f64; 3] {
+        let Texture::Bricks {
+            size_m: [length, height],
+            joint_m,
+            rgb,
+            spread,
+            seed,
+        } = self.texture
+        else {
+            return [0.0; 3];
+        };
+        let (row, fv) = split(v / height);
+        let shift = if row & 1 == 0 { 0.0 } else { 0.5 };
+        let (column, fu) = split(u / length + shift);
+        let border = (fu.min(1.0 - fu) * length).min(fv.min(1.0 - fv) * height);
+        // 0 in the joint, 1 in the brick, with a ramp as wide as the footprint.
+        let ramp_m = footprint_m.max(0.3 * joint_m);
+        let solid = ((border - 0.5 * joint_m) / ramp_m + 0.5).clamp(0.0, 1.0);
+        if self.brick.0 != [column, row] {
+            self.brick = ([column, row], brick_values(seed, [column, row]));
+        }
+        let [tone, hue] = [self.brick.1[0], self.brick.1[1]].map(f64::from);
+        // Averaged away where a pixel is wider than the grain.
+        let visible = fade(footprint_m / GRAIN_M[1]);
+        let grain = if visible > 0.0 {
+            let [grain, ..] = self.cells[0].plane(u / GRAIN_M[0], v / GRAIN_M[1], 2.5);
+            visible * f64::from(grain)
+        } else {
+            0.0
+        };
+        let deviation = spread * (tone + 0.4 * grain) * fade(footprint_m / height);
+        let brick = [
+            rgb[0] + deviation + 0.25 * spread * hue,
+            rgb[1] + deviation,
+            rgb[2] + deviation - 0.25 * spread * hue,
+        ];
+        brick.map(|c| (0.45 * c + solid * 0.55 * c).clamp(0.0, 255.0))
+    }
+}
+
+/// Every size of cells has values of its own.
+fn octave_seed(seed: u64, octave: u32) -> u64 {
+    seed.wrapping_add(u64::from(octave).wrapping_mul(0x5851_F42D))
+}
+
+#[inline]
+fn brick_values(seed: u64, [column, row]: [i64; 2]) -> [f32; 4] {
+    hashed(seed, [column, row, 7])
+}
+
+/// +1 and -1 in alternate unit intervals, with ramps of `width` centred on the borders.
+#[inline]
+fn square_wave(x: f64, width: f64) -> f64 {
+    let (whole, fraction) = split(x);
+    let border = fraction.min(1.0 - fraction); // distance to the nearest border
+    let height = (2.0 * border / width.max(1e-9)).min(1.0);
+    if whole & 1 == 0 { height } else { -height }
+}
+
+/// What is left of a pattern of a size, `ratio` footprints large.
+#[inline]
+fn fade(ratio: f64) -> f64 {
+    (1.5 - ratio).clamp(0.0, 1.0)
+}
