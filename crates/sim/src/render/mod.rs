@@ -142,8 +142,7 @@ impl Renderer {
                 *seen = (unit, candidates.nearest(&unit));
             }
             let mut x = segment * SEGMENT;
-            let face = |c: &Option<Crossing>| c.map(|c| (c.primitive, c.face));
-            for run in seen[..rays.len()].chunk_by(|a, b| face(&a.1) == face(&b.1)) {
+            for run in seen[..rays.len()].chunk_by(|a, b| same_face(a.1, b.1)) {
                 let crossings = run.iter().filter_map(|(unit, c)| Some((*unit, (*c)?)));
                 out.grey[x..x + run.len()].fill(f32::NAN);
                 let mut place = x;
@@ -168,6 +167,15 @@ impl Renderer {
                 }
             }
         }
+    }
+}
+
+/// True also where both rays meet nothing.
+#[inline]
+fn same_face(a: Option<Crossing>, b: Option<Crossing>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => a.primitive == b.primitive && a.face == b.face,
+        (a, b) => a.is_none() && b.is_none(),
     }
 }
 

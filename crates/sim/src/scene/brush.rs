@@ -10,13 +10,16 @@ const KEPT: usize = 3;
 /// Length and height of the grain within a brick, metres.
 const GRAIN_M: [f64; 2] = [0.035, 0.012];
 
+/// The layer of the lattice whose values bricks have.
+const BRICKS: i64 = 7;
+
 /// A texture, and what of it was met last. Any brush paints the same.
 #[derive(Clone, Debug)]
 pub(crate) struct Brush {
     texture: Texture,
     cells: [Cells; KEPT],
     /// Column and row of the last brick with its random values.
-    brick: ([i64; 2], [f32; 4]),
+    brick: (i64, i64, [f32; 4]),
 }
 
 impl Brush {
@@ -33,7 +36,7 @@ impl Brush {
         Self {
             texture,
             cells,
-            brick: ([0; 2], brick_values(seed, [0; 2])),
+            brick: (0, 0, hashed(seed, [0, 0, BRICKS])),
         }
     }
 
@@ -129,10 +132,10 @@ impl Brush {
         // 0 in the joint, 1 in the brick, with a ramp as wide as the footprint.
         let ramp_m = footprint_m.max(0.3 * joint_m);
         let solid = ((border - 0.5 * joint_m) / ramp_m + 0.5).clamp(0.0, 1.0);
-        if self.brick.0 != [column, row] {
-            self.brick = ([column, row], brick_values(seed, [column, row]));
+        if self.brick.0 != column || self.brick.1 != row {
+            self.brick = (column, row, hashed(seed, [column, row, BRICKS]));
         }
-        let [tone, hue] = [self.brick.1[0], self.brick.1[1]].map(f64::from);
+        let [tone, hue, ..] = self.brick.2.map(f64::from);
         // Averaged away where a pixel is wider than the grain.
         let visible = fade(footprint_m / GRAIN_M[1]);
         let grain = if visible > 0.0 {
@@ -154,11 +157,6 @@ impl Brush {
 /// Every size of cells has values of its own.
 fn octave_seed(seed: u64, octave: u32) -> u64 {
     seed.wrapping_add(u64::from(octave).wrapping_mul(0x5851_F42D))
-}
-
-#[inline]
-fn brick_values(seed: u64, [column, row]: [i64; 2]) -> [f32; 4] {
-    hashed(seed, [column, row, 7])
 }
 
 /// +1 and -1 in alternate unit intervals, with ramps of `width` centred on the borders.

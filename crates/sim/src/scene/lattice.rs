@@ -99,7 +99,10 @@ impl Cells {
 
     #[inline]
     fn move_to(&mut self, first: [i64; 3]) {
-        if first != self.first {
+        // Number by number: as arrays they would be written to memory and read back in one piece,
+        // for which the processor waits.
+        let [a, b, c] = first;
+        if a != self.first[0] || b != self.first[1] || c != self.first[2] {
             (self.first, self.known) = (first, 0);
         }
     }
