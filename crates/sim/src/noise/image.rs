@@ -3,6 +3,7 @@
 use super::illumination::vignette;
 use super::stream::{Purpose, Streams};
 use super::{Flicker, RollingShutter, blur, checks, normals};
+use crate::rounding::byte;
 use rayon::prelude::*;
 use sphereflow_core::{Plane, Result, Stamp};
 
@@ -149,13 +150,9 @@ impl ImageNoise {
     }
 }
 
-/// Adding 1.5 * 2^23 to a smaller number leaves it rounded to even in the lowest bits, as the
-/// instruction does that not every processor has.
-pub(crate) const ROUNDING: f32 = 12_582_912.0;
-
 /// Rounded and clamped.
 fn to_bytes(values: &[f32], bytes: &mut [u8]) {
-    for (byte, value) in bytes.iter_mut().zip(values) {
-        *byte = (value.clamp(0.0, 255.0) + ROUNDING).to_bits() as u8;
+    for (out, value) in bytes.iter_mut().zip(values) {
+        *out = byte(*value);
     }
 }

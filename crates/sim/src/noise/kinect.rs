@@ -3,9 +3,9 @@
 use super::correlated::{self, CorrelationScale};
 use super::depth::{NoiseWorkspace, check_size, edit};
 use super::distortion::InverseDepthDistortion;
-use super::image::ROUNDING;
 use super::stream::{Purpose, Streams};
 use super::{checks, holes};
+use crate::rounding::nearest;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use sphereflow_core::{DepthMap, Error, Result};
@@ -217,7 +217,7 @@ pub(crate) fn quantise(row: &mut [f32], quantum: f32) {
     if quantum > 0.0 {
         let per_quantum = 1.0 / quantum;
         row.iter_mut()
-            .for_each(|v| *v = ((*v * per_quantum + ROUNDING) - ROUNDING) * quantum);
+            .for_each(|v| *v = nearest(*v * per_quantum) * quantum);
     }
 }
 

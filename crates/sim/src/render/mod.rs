@@ -4,11 +4,13 @@ mod bundle;
 mod candidates;
 mod shade;
 
+use crate::rounding::byte;
 use crate::scene::{Crossing, Scene};
 use bundle::Bundle;
 use candidates::Candidates;
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use rayon::prelude::*;
+use shade::Shader;
 use sphereflow_core::{DepthMap, Plane, Pose, RangeMap};
 use sphereflow_sphere::Camera;
 
@@ -134,49 +136,43 @@ impl Renderer {
         let segments = width.div_ceil(SEGMENT);
         let bundles = &self.bundles[y * segments..(y + 1) * segments];
         let mut candidates = Candidates::new(&self.scene, &origin);
-        let mut seen = [(Vector3::zeros(), None); SEGMENT];
+        let mut shader = Shader::new();
+        let nothing = Crossing {
+            range_m: f64::NAN,
+            primitive: usize::MAX,
+            face: 0,
+        };
+        let mut seen = [(Vector3::zeros(), nothing); SEGMENT];
         for (segment, (bundle, rays)) in bundles.iter().zip(rays.chunks(SEGMENT)).enumerate() {
             candidates.choose(&bundle.turned(&rotation));
-            for (seen, ray) in seen.iter_mut().zip(rays) {
-                let unit = rotation * ray;
-                *seen = (unit, candidates.nearest(&unit));
-            }
             let mut x = segment * SEGMENT;
-            for run in seen[..rays.len()].chunk_by(|a, b| same_face(a.1, b.1)) {
-                let crossings = run.iter().filter_map(|(unit, c)| Some((*unit, (*c)?)));
-                out.grey[x..x + run.len()].fill(f32::NAN);
-                let mut place = x;
-                shade::face(
-                    &self.scene,
-                    &origin,
-                    self.pixel_rad,
-                    crossings,
-                    |rgb, grey| {
-                        out.colour[place] = rgb.map(|c| (c + 0.5) as u8);
-                        out.grey[place] = grey as f32;
-                        place += 1;
-                    },
-                );
-                for (_, crossing) in run {
-                    if let Some(crossing) = crossing {
-                        out.range[x] = crossing.range_m as f32;
-                        let ahead = self.rays[y * width + x].z;
-                        out.depth[x] = (crossing.range_m * ahead) as f32;
-                    }
-                    x += 1;
+            for (offset, (seen, ray)) in seen.iter_mut().zip(rays).enumerate() {
+                let unit = rotation * ray;
+                let crossing = candidates.nearest(&unit).unwrap_or(nothing);
+                out.range[x + offset] = crossing.range_m as f32;
+                out.depth[x + offset] = (crossing.range_m * ray.z) as f32;
+                *seen = (unit, crossing);
+            }
+            for run in seen[..rays.len()].chunk_by(|a, b| same_face(&a.1, &b.1)) {
+                let (colour, grey) = (&mut out.colour[x..], &mut out.grey[x..]);
+                x += run.len();
+                if run[0].1.primitive == nothing.primitive {
+                    grey[..run.len()].fill(f32::NAN);
+                    continue;
                 }
+                let paint = |place: usize, rgb: [f64; 3], brightness: f64| {
+                    colour[place] = rgb.map(|c| byte(c as f32));
+                    grey[place] = brightness as f32;
+                };
+                shader.face(&self.scene, &origin, self.pixel_rad, run, paint);
             }
         }
     }
 }
 
-/// True also where both rays meet nothing.
 #[inline]
-fn same_face(a: Option<Crossing>, b: Option<Crossing>) -> bool {
-    match (a, b) {
-        (Some(a), Some(b)) => a.primitive == b.primitive && a.face == b.face,
-        (a, b) => a.is_none() && b.is_none(),
-    }
+fn same_face(a: &Crossing, b: &Crossing) -> bool {
+    a.primitive == b.primitive && a.face == b.face
 }
 
 /// One row of every plane.

@@ -40,77 +40,107 @@ impl Brush {
         }
     }
 
-    /// Colour at a place; see [`Texture::rgb`].
-    #[inline]
-    pub(crate) fn rgb(&mut self, at: &SurfacePoint, footprint_m: f64) -> [f64; 3] {
+    /// Colours at places, each averaged over its footprint; see [`Texture::rgb`]. As many places as
+    /// footprints and colours.
+    pub(crate) fn rgb(&mut self, at: &[SurfacePoint], footprint_m: &[f64], rgb: &mut [[f64; 3]]) {
         match self.texture {
-            Texture::Plain { rgb } => rgb,
+            Texture::Plain { rgb: plain } => rgb.fill(plain),
             Texture::Sinusoid { period_m } => {
-                let [u, v] = at.uv.map(|c| (TAU * c / period_m).sin());
-                [128.5 + 63.75 * (u + v); 3]
+                for (rgb, at) in rgb.iter_mut().zip(at) {
+                    let [u, v] = at.uv.map(|c| (TAU * c / period_m).sin());
+                    *rgb = [128.5 + 63.75 * (u + v); 3];
+                }
             }
             Texture::SolidSinusoid { period_m } => {
-                let sum: f64 = at.local.iter().map(|c| (TAU * c / period_m).sin()).sum();
-                [128.5 + 42.5 * sum; 3]
+                for (rgb, at) in rgb.iter_mut().zip(at) {
+                    let sum: f64 = at.local.iter().map(|c| (TAU * c / period_m).sin()).sum();
+                    *rgb = [128.5 + 42.5 * sum; 3];
+                }
             }
             Texture::Checker {
                 size_m,
                 edge_m,
                 colours: [a, b],
             } => {
-                let width = edge_m.max(footprint_m) / size_m;
-                let [u, v] = at.uv.map(|c| square_wave(c / size_m, width));
-                let w = 0.5 + 0.5 * u * v * fade(footprint_m / size_m);
-                std::array::from_fn(|i| a[i] + w * (b[i] - a[i]))
+                for ((rgb, at), footprint_m) in rgb.iter_mut().zip(at).zip(footprint_m) {
+                    let width = edge_m.max(*footprint_m) / size_m;
+                    let [u, v] = at.uv.map(|c| square_wave(c / size_m, width));
+                    let w = 0.5 + 0.5 * u * v * fade(footprint_m / size_m);
+                    *rgb = std::array::from_fn(|i| a[i] + w * (b[i] - a[i]));
+                }
             }
-            Texture::Bricks { .. } => self.bricks(at.uv, footprint_m),
-            Texture::Mosaic { .. } => self.mosaic(at, footprint_m),
+            Texture::Bricks { .. } => {
+                for ((rgb, at), footprint_m) in rgb.iter_mut().zip(at).zip(footprint_m) {
+                    *rgb = self.bricks(at.uv, *footprint_m);
+                }
+            }
+            Texture::Mosaic {
+                octaves,
+                rgb: mean,
+                spread,
+                ..
+            } => {
+                rgb.fill([0.0; 3]);
+                for octave in 0..octaves {
+                    if !self.add_octave(octave, at, footprint_m, rgb) {
+                        break; // all smaller cells are averaged away too
+                    }
+                }
+                for rgb in rgb {
+                    let colour = |i: usize| mean[i] + 1.4 * spread[i] * rgb[i];
+                    *rgb = [0, 1, 2].map(|i| colour(i).clamp(0.0, 255.0));
+                }
+            }
         }
     }
 
-    #[inline]
-    fn mosaic(&mut self, at: &SurfacePoint, footprint_m: f64) -> [f64; 3] {
+    /// Adds one size of cells of a mosaic; false where none of them can be seen.
+    fn add_octave(
+        &mut self,
+        octave: u32,
+        at: &[SurfacePoint],
+        footprint_m: &[f64],
+        sums: &mut [[f64; 3]],
+    ) -> bool {
         let Texture::Mosaic {
             size_m,
-            octaves,
             softness,
-            rgb,
-            spread,
             solid,
             seed,
+            ..
         } = self.texture
         else {
-            return [0.0; 3];
+            return false;
         };
-        let (mut sum, mut per_m, mut share) = ([0.0_f32; 4], 1.0 / size_m, 0.5);
-        for octave in 0..octaves {
-            let visible = share * fade(footprint_m * per_m);
-            if visible == 0.0 {
-                break; // all smaller cells are averaged away too
-            }
-            let per_edge = 1.0 / softness.max(footprint_m * per_m).clamp(1e-3, 1.0);
-            let mut anew;
-            let cells = match self.cells.get_mut(octave as usize) {
-                Some(kept) => kept,
-                None => {
-                    anew = Cells::new(octave_seed(seed, octave));
-                    &mut anew
-                }
-            };
-            let own = if solid {
-                cells.space(at.local.map(|c| c * per_m).into(), per_edge)
+        let (per_m, share) = (
+            2.0_f64.powi(octave as i32) / size_m,
+            0.7_f64.powi(octave as i32),
+        );
+        let kept = self.cells.get(octave as usize).copied();
+        let mut cells = kept.unwrap_or_else(|| Cells::new(octave_seed(seed, octave)));
+        let mut any = false;
+        for ((sum, at), footprint_m) in sums.iter_mut().zip(at).zip(footprint_m) {
+            let footprint = footprint_m * per_m;
+            let visible = 0.5 * share * fade(footprint);
+            any |= visible > 0.0;
+            let per_edge = 1.0 / softness.max(footprint).clamp(1e-3, 1.0);
+            let [a, b, c, _] = if solid {
+                cells.space(
+                    [at.local.x, at.local.y, at.local.z].map(|c| c * per_m),
+                    per_edge,
+                )
             } else {
                 cells.plane(at.uv[0] * per_m, at.uv[1] * per_m, per_edge)
             };
             // Mostly brightness, some hue.
-            let (visible, common) = (visible as f32, 0.7 * own[0]);
-            for (total, own) in sum.iter_mut().zip(own) {
-                *total += visible * (common + 0.3 * own);
+            for (total, own) in sum.iter_mut().zip([a, b, c]) {
+                *total += visible * f64::from(0.7 * a + 0.3 * own);
             }
-            per_m *= 2.0;
-            share *= 0.7;
         }
-        std::array::from_fn(|i| (rgb[i] + 1.4 * spread[i] * f64::from(sum[i])).clamp(0.0, 255.0))
+        if let Some(kept) = self.cells.get_mut(octave as usize) {
+            *kept = cells;
+        }
+        any
     }
 
     #[inline]

@@ -57,10 +57,10 @@ fn mix(w: f32, a: Raw, b: Raw) -> Raw {
 pub(super) struct Cells {
     seed: u64,
     first: [i64; 3],
-    /// Bit `k` tells that `corners[k]` is known: the one `k & 1`, `k >> 1 & 1`, `k >> 2` steps from
-    /// `first` along x, y, z.
-    known: u8,
+    /// Values `k & 1`, `k >> 1 & 1`, `k >> 2` steps from `first` along x, y, z.
     corners: [Raw; 8],
+    /// How many of them are known.
+    known: usize,
 }
 
 impl Cells {
@@ -68,8 +68,8 @@ impl Cells {
         Self {
             seed,
             first: [0; 3],
-            known: 0,
             corners: [[0.0; 4]; 8],
+            known: 0,
         }
     }
 
@@ -78,69 +78,40 @@ impl Cells {
     #[inline]
     pub(super) fn plane(&mut self, u: f64, v: f64, per_edge: f64) -> [f32; 4] {
         let ((i, fu), (j, fv)) = (split(u - 0.5), split(v - 0.5));
-        self.move_to([i, j, 0]);
-        scaled(self.across([fu, fv].map(|f| ramp(f, per_edge)), 0))
+        self.move_to([i, j, 0], 4);
+        let [wu, wv] = [fu, fv].map(|f| ramp(f, per_edge));
+        scaled(self.across([wu, wv], 0))
     }
 
     /// Values in [-1, 1] in space; see [`Cells::plane`].
     #[inline]
     pub(super) fn space(&mut self, p: [f64; 3], per_edge: f64) -> [f32; 4] {
         let [(i, fx), (j, fy), (k, fz)] = p.map(|c| split(c - 0.5));
-        self.move_to([i, j, k]);
+        self.move_to([i, j, k], 8);
         let [wx, wy, wz] = [fx, fy, fz].map(|f| ramp(f, per_edge));
-        scaled(if wz == 0.0 {
-            self.across([wx, wy], 0)
-        } else if wz == 1.0 {
-            self.across([wx, wy], 4)
-        } else {
-            mix(wz, self.across([wx, wy], 0), self.across([wx, wy], 4))
-        })
+        scaled(mix(wz, self.across([wx, wy], 0), self.across([wx, wy], 4)))
     }
 
+    /// Number by number: as arrays they would be written to memory and read back in one piece, for
+    /// which the processor waits.
     #[inline]
-    fn move_to(&mut self, first: [i64; 3]) {
-        // Number by number: as arrays they would be written to memory and read back in one piece,
-        // for which the processor waits.
-        let [a, b, c] = first;
-        if a != self.first[0] || b != self.first[1] || c != self.first[2] {
-            (self.first, self.known) = (first, 0);
+    fn move_to(&mut self, [x, y, z]: [i64; 3], corners: usize) {
+        let [a, b, c] = self.first;
+        if x != a || y != b || z != c || self.known < corners {
+            (self.first, self.known) = ([x, y, z], corners);
+            for (k, corner) in self.corners.iter_mut().enumerate().take(corners) {
+                // Saturated whole numbers must not stop the program.
+                let step = |from: i64, bit: usize| from.wrapping_add((k >> bit & 1) as i64);
+                *corner = raw(self.seed, [step(x, 0), step(y, 1), step(z, 2)]);
+            }
         }
     }
 
-    /// Between corner `k` and the three next to it along x and y. Most points of a tile lie on its
-    /// plateau and need one corner.
+    /// Between corner `k` and the three next to it along x and y.
     #[inline]
-    fn across(&mut self, [wx, wy]: [f32; 2], k: usize) -> Raw {
-        if wy == 0.0 {
-            self.along(wx, k)
-        } else if wy == 1.0 {
-            self.along(wx, k + 2)
-        } else {
-            mix(wy, self.along(wx, k), self.along(wx, k + 2))
-        }
-    }
-
-    #[inline]
-    fn along(&mut self, w: f32, k: usize) -> Raw {
-        if w == 0.0 {
-            self.corner(k)
-        } else if w == 1.0 {
-            self.corner(k + 1)
-        } else {
-            mix(w, self.corner(k), self.corner(k + 1))
-        }
-    }
-
-    #[inline]
-    fn corner(&mut self, k: usize) -> Raw {
-        let k = k & 7;
-        if self.known & (1 << k) == 0 {
-            let step = |bit: usize| (k >> bit & 1) as i64;
-            // Saturated whole numbers must not stop the program.
-            let point = [0, 1, 2].map(|axis| self.first[axis].wrapping_add(step(axis)));
-            self.corners[k] = raw(self.seed, point);
-            self.known |= 1 << k;
-        }
-        self.corners[k]
+    fn across(&self, [wx, wy]: [f32; 2], k: usize) -> Raw {
+        let corner = |step: usize| self.corners[(k + step) & 7];
+        let (near, far) = (mix(wx, corner(0), corner(1)), mix(wx, corner(2), corner(3)));
+        mix(wy, near, far)
     }
 }

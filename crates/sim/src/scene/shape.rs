@@ -66,7 +66,6 @@ impl Shape {
     }
 
     /// Normal and coordinates at a point of the surface.
-    #[inline]
     pub(crate) fn surface(
         &self,
         point: &Vector3<f64>,
@@ -74,6 +73,20 @@ impl Shape {
         unit: &Vector3<f64>,
     ) -> SurfacePoint {
         on_shape!(self, s => s.surface(point, face, unit))
+    }
+
+    /// [`Shape::surface`] of many points of one face: `rays` are points and unit rays.
+    pub(crate) fn surfaces(
+        &self,
+        face: usize,
+        rays: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)>,
+        out: &mut [SurfacePoint],
+    ) {
+        on_shape!(self, s => {
+            for (out, (point, unit)) in out.iter_mut().zip(rays) {
+                *out = s.surface(&point, face, &unit);
+            }
+        });
     }
 
     /// Centre and radius of a ball around it; `None` for what surrounds the camera.

@@ -66,7 +66,9 @@ impl Texture {
     /// Colour at a place, averaged over about `footprint_m` (0 for the paint itself). The
     /// thesis's sinusoids are never averaged: their formula is exact.
     pub fn rgb(&self, at: &SurfacePoint, footprint_m: f64) -> [f64; 3] {
-        Brush::new(*self).rgb(at, footprint_m)
+        let mut rgb = [[0.0; 3]];
+        Brush::new(*self).rgb(std::slice::from_ref(at), &[footprint_m], &mut rgb);
+        rgb[0]
     }
 
     /// The length that is not a positive number, if any, and its value.
