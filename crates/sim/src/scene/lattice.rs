@@ -75,7 +75,7 @@ impl Cells {
 
     /// Values in [-1, 1] in the plane; `per_edge` is the inverse of the width of the blend between
     /// two cells, from 1 (clouds) to far above (tiles).
-    #[inline]
+    #[inline(always)]
     pub(super) fn plane(&mut self, u: f64, v: f64, per_edge: f64) -> [f32; 4] {
         let ((i, fu), (j, fv)) = (split(u - 0.5), split(v - 0.5));
         self.move_to([i, j, 0], 4);

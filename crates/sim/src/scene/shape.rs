@@ -47,7 +47,7 @@ shape_from!(Room, Ellipsoid, Block, Ball, Cylinder, Rectangle);
 
 impl Shape {
     /// The nearer of `so_far` and the crossing of this shape, if any.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn nearer(
         &self,
         origin: &Vector3<f64>,
