@@ -7,6 +7,9 @@ use std::f64::consts::TAU;
 /// Sizes of cells whose corners are kept; more are possible, and hashed anew at each point.
 const KEPT: usize = 3;
 
+/// Places of a mosaic that are painted at a time.
+const RUN: usize = 64;
+
 /// Length and height of the grain within a brick, metres.
 const GRAIN_M: [f64; 2] = [0.035, 0.012];
 
@@ -80,15 +83,20 @@ impl Brush {
                 spread,
                 ..
             } => {
-                rgb.fill([0.0; 3]);
-                for octave in 0..octaves {
-                    if !self.add_octave(octave, at, footprint_m, rgb) {
-                        break; // all smaller cells are averaged away too
+                let mut sums = [[0.0; 4]; RUN];
+                let chunks = at.chunks(RUN).zip(footprint_m.chunks(RUN));
+                for ((at, footprint_m), rgb) in chunks.zip(rgb.chunks_mut(RUN)) {
+                    let sums = &mut sums[..at.len()];
+                    sums.fill([0.0; 4]);
+                    for octave in 0..octaves {
+                        if !self.add_octave(octave, at, footprint_m, sums) {
+                            break; // all smaller cells are averaged away too
+                        }
                     }
-                }
-                for rgb in rgb {
-                    let colour = |i: usize| mean[i] + 1.4 * spread[i] * rgb[i];
-                    *rgb = [0, 1, 2].map(|i| colour(i).clamp(0.0, 255.0));
+                    for (rgb, sum) in rgb.iter_mut().zip(sums) {
+                        let colour = |i: usize| mean[i] + 1.4 * spread[i] * f64::from(sum[i]);
+                        *rgb = [0, 1, 2].map(|i| colour(i).clamp(0.0, 255.0));
+                    }
                 }
             }
         }
@@ -100,7 +108,7 @@ impl Brush {
         octave: u32,
         at: &[SurfacePoint],
         footprint_m: &[f64],
-        sums: &mut [[f64; 3]],
+        sums: &mut [[f32; 4]],
     ) -> bool {
         let Texture::Mosaic {
             size_m,
@@ -124,7 +132,7 @@ impl Brush {
             let visible = 0.5 * share * fade(footprint);
             any |= visible > 0.0;
             let per_edge = 1.0 / softness.max(footprint).clamp(1e-3, 1.0);
-            let [a, b, c, _] = if solid {
+            let own = if solid {
                 cells.space(
                     [at.local.x, at.local.y, at.local.z].map(|c| c * per_m),
                     per_edge,
@@ -133,8 +141,9 @@ impl Brush {
                 cells.plane(at.uv[0] * per_m, at.uv[1] * per_m, per_edge)
             };
             // Mostly brightness, some hue.
-            for (total, own) in sum.iter_mut().zip([a, b, c]) {
-                *total += visible * f64::from(0.7 * a + 0.3 * own);
+            let (visible, common) = (visible as f32, 0.7 * own[0]);
+            for (total, own) in sum.iter_mut().zip(own) {
+                *total += visible * (common + 0.3 * own);
             }
         }
         if let Some(kept) = self.cells.get_mut(octave as usize) {
