@@ -56,7 +56,7 @@ impl Bundle {
         };
         let widest = known().map(|ray| ray.angle(&axis)).fold(0.0, f64::max);
         // The thin direction of an image row is across it: from the first to the last ray.
-        let along = known().last().zip(known().next()).map(|(b, a)| b - a);
+        let along = known().next_back().zip(known().next()).map(|(b, a)| b - a);
         let across = along.map_or(axis, |d| axis.cross(&d));
         let across = across
             .try_normalize(1e-9)

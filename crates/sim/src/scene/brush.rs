@@ -212,3 +212,48 @@ fn square_wave(x: f64, width: f64) -> f64 {
 fn fade(ratio: f64) -> f64 {
     (1.5 - ratio).clamp(0.0, 1.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn brush_paints_a_run_of_places_as_each_of_them_alone() {
+        let place = |k: usize| {
+            let (u, v) = (0.013 * k as f64 - 1.1, (0.09 * k as f64).sin());
+            SurfacePoint {
+                normal: Vector3::z(),
+                uv: [u, v],
+                local: Vector3::new(u, v, u * v),
+            }
+        };
+        let at: Vec<_> = (0..200).map(place).collect();
+        // From nothing, as in the exact ray query, to wider than the smallest cells.
+        let footprint_m: Vec<_> = (0..200).map(|k| 2e-4 * k as f64).collect();
+        let mosaic = |solid, octaves| Texture::Mosaic {
+            size_m: 0.1,
+            octaves,
+            softness: 0.1,
+            rgb: [120.0, 130.0, 140.0],
+            spread: [90.0; 3],
+            solid,
+            seed: 5,
+        };
+        let bricks = Texture::Bricks {
+            size_m: [0.25, 0.09],
+            joint_m: 0.014,
+            rgb: [168.0, 106.0, 84.0],
+            spread: 38.0,
+            seed: 5,
+        };
+        // Also with more sizes of cells than a brush keeps.
+        for texture in [mosaic(false, 3), mosaic(true, 3), mosaic(false, 5), bricks] {
+            let mut run = vec![[0.0; 3]; at.len()];
+            Brush::new(texture).rgb(&at, &footprint_m, &mut run);
+            for (k, rgb) in run.iter().enumerate() {
+                assert_eq!(*rgb, texture.rgb(&at[k], footprint_m[k]), "{texture:?} {k}");
+            }
+        }
+    }
+}
