@@ -25,7 +25,7 @@ lint: $(VENV)/installed-dev
 	$(BIN)/ruff format --check python tests tools examples benches
 	$(BIN)/ruff check python tests tools examples benches
 	$(BIN)/mypy
-	$(BIN)/python -m mypy.stubtest sphereflow._native --allowlist tests/stubtest-allowlist.txt
+	$(BIN)/python -m mypy.stubtest sphereflow._native
 	$(BIN)/python tools/thesis_map.py --check
 
 # The figures of docs/: each is drawn by one script in benches/experiments.

@@ -19,7 +19,9 @@ def main(out: Path) -> None:
         result = sf.run(room, Path(folder) / "result", pictures=False)
         xyz, rgb = _read_cloud(Path(folder) / "result" / "map.ply")
     path = result.trajectory.position_m
-    figure, axes = plt.subplots(1, 3, figsize=(15, 4.4), layout="constrained", width_ratios=[4, 4, 5])
+    figure, axes = plt.subplots(
+        1, 3, figsize=(15, 4.4), layout="constrained", width_ratios=[4, 4, 5]
+    )
     axes[0].imshow(frame.colour)
     axes[0].set_title("colour")
     image = axes[1].imshow(frame.depth_m, cmap="viridis")

@@ -5,7 +5,9 @@ use crate::errors::{IntoPython, Kind, exception};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_core::{Pose, Stamp, Trajectory, associate as associate_stamps};
-use sphereflow_io::trajectory::{TrajectoryFormat, read_trajectory, write_trajectory};
+use sphereflow_io::trajectory::{
+    TrajectoryFormat, read_trajectory, read_trajectory_lenient, write_trajectory,
+};
 use std::path::PathBuf;
 
 /// Poses at strictly increasing stamps.
@@ -46,6 +48,26 @@ impl PyTrajectory {
         py.detach(|| read_trajectory(&path, format))
             .into_python()
             .map(Self)
+    }
+
+    /// Read a trajectory file, leaving out rows whose stamp repeats or precedes the row before;
+    /// returns the trajectory and what was left out, in words.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, format = None))]
+    fn read_lenient(
+        py: Python<'_>,
+        path: PathBuf,
+        format: Option<&str>,
+    ) -> PyResult<(Self, Vec<String>)> {
+        let format = format.map(trajectory_format).transpose()?;
+        let read = py.detach(|| read_trajectory_lenient(&path, format));
+        let (trajectory, warnings) = read.into_python()?;
+        let warnings = warnings
+            .as_slice()
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        Ok((Self(trajectory), warnings))
     }
 
     /// Write a trajectory file, beside and then renamed.
