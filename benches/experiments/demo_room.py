@@ -3,6 +3,7 @@
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import sphereflow as sf
 
 
@@ -40,9 +41,7 @@ def main(out: Path) -> None:
     print(f"demo: ATE {result.ape.statistics.rmse:.4f} m over {len(path)} poses")
 
 
-def _read_cloud(path: Path):
-    import numpy as np
-
+def _read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray]:
     raw = path.read_bytes()
     start = raw.index(b"end_header\n") + len(b"end_header\n")
     points = np.frombuffer(raw[start:], dtype=[("xyz", "<f4", 3), ("rgb", "u1", 3)])
