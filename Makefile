@@ -12,7 +12,7 @@ demo: $(VENV)/installed-wheel
 
 # All tests, Rust and Python. Tests on recordings read SPHEREFLOW_DATA and skip where it is unset.
 test: $(VENV)/installed-dev
-	cargo test --workspace -q
+	cargo test -q
 	$(BIN)/python -m pytest
 
 bench:
