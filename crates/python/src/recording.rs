@@ -288,6 +288,29 @@ impl PyRecording {
 }
 
 /// Open a recording, guessing its kind from the files in it.
+///
+/// Parameters
+/// ----------
+/// path : path
+///     A TUM RGB-D, 7-Scenes or EuRoC (inertial only) folder, or one of sphereflow's own.
+/// calibration : path, optional
+///     Calibration file (TOML) instead of the one that would be found.
+/// depth_scale : float, optional
+///     Counts of the depth images per metre, instead of the calibration's.
+/// sync_tolerance_s : float, optional
+///     Largest difference between depth and colour stamps; half a frame where absent.
+///
+/// Returns
+/// -------
+/// Recording
+///     Its `warnings` say what was passed over, `calibration_source` which calibration is used.
+///
+/// Raises
+/// ------
+/// DataError
+///     With path, line, what was expected and found; also where the depth scale cannot be right.
+/// MissingFileError
+///     Where there is no such folder.
 #[pyfunction]
 #[pyo3(
     name = "open_recording",
@@ -313,6 +336,17 @@ pub fn py_open_recording(
 }
 
 /// Writes your own frames as a recording that `open_recording` reads back.
+///
+/// Until `finish` the folder is called `<path>.partial`.
+///
+/// Parameters
+/// ----------
+/// path : path
+///     A folder that does not exist or is empty.
+/// camera : Camera
+///     The camera of depth and colour.
+/// depth_scale : float
+///     Counts per metre of the stored 16-bit depth images.
 #[pyclass(name = "RecordingWriter", module = "sphereflow.io")]
 pub struct PyRecordingWriter {
     writer: Option<RecordingWriter>,
