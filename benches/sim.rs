@@ -3,7 +3,8 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use sphereflow_sim::noise::{DepthNoise, ImageNoise, ImageNoiseParameters, KinectNoise};
 use sphereflow_sim::noise::{KinectParameters, NoiseWorkspace};
-use sphereflow_sim::{Motion, Renderer, Scene, SimConfig, Simulator};
+use sphereflow_sim::sensors::ImuParameters;
+use sphereflow_sim::{DepthNoiseParameters, Motion, Renderer, Scene, SimConfig, Simulator};
 use sphereflow_sphere::Camera;
 use std::hint::black_box;
 
@@ -35,23 +36,47 @@ fn render(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Rendering, Kinect noise, grey-level noise and inertial samples: what the demonstration costs.
+/// What a frame of the demonstration costs, spread over its tour: rendering of range, depth, colour
+/// and grey, Kinect noise, grey-level noise and inertial samples; and the same without any noise.
 fn demo_frame(criterion: &mut Criterion) {
-    let Ok(simulator) = SimConfig::demo(1).and_then(Simulator::new) else {
+    let Ok(demo) = SimConfig::demo(1) else {
         return;
     };
-    let mut group = criterion.benchmark_group("sim/demo_frame");
-    group.throughput(Throughput::Elements(1)).sample_size(60);
-    let mut frames = simulator.frames();
-    group.bench_function("640x480", |bencher| {
-        bencher.iter(|| {
-            let frame = frames.next();
-            if frame.is_none() {
-                frames = simulator.frames();
-            }
-            black_box(frame)
-        });
+    // A second between frames: as many inertial samples as at 30 Hz, from all over the tour.
+    let rate_hz = VIEWS as f64 / demo.duration_s;
+    let imu = demo.imu.map(|imu| ImuParameters {
+        rate_hz: imu.rate_hz * rate_hz / demo.rate_hz,
+        ..imu
     });
+    let all_noise = SimConfig {
+        rate_hz,
+        imu,
+        ..demo
+    };
+    let no_noise = SimConfig {
+        depth_noise: DepthNoiseParameters::None,
+        image_noise: ImageNoiseParameters::default(),
+        imu: None,
+        ..all_noise.clone()
+    };
+    let mut group = criterion.benchmark_group("sim/demo_frame_640x480");
+    group.throughput(Throughput::Elements(1)).sample_size(60);
+    for (name, config) in [("all_noise", all_noise), ("no_noise", no_noise)] {
+        let Ok(simulator) = Simulator::new(config) else {
+            continue;
+        };
+        let mut frames = simulator.frames();
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                let mut frame = frames.next();
+                if frame.is_none() {
+                    frames = simulator.frames();
+                    frame = frames.next();
+                }
+                black_box(frame)
+            });
+        });
+    }
     group.finish();
 }
 

@@ -13,6 +13,7 @@ pub mod sensors;
 pub mod simulator;
 
 mod error;
+mod rounding;
 
 pub use error::{Error, Result};
 pub use motion::{Motion, MotionState};

@@ -1,11 +1,12 @@
 //! A random field of unit variance, correlated over several pixels: the sum of a few smoothed white fields.
 
-use super::checks;
 use super::stream::Streams;
-use rand::RngExt;
-use rand_distr::StandardNormal;
+use super::{checks, normals};
 use rayon::prelude::*;
 use sphereflow_core::{Error, Result};
+
+/// Rows that are filtered side by side.
+const LOCKSTEP: usize = 4;
 
 /// One scale of the correlated field: white noise through two first-order filters in a row, along
 /// x and along y.
@@ -65,22 +66,40 @@ impl Cascade {
         }
     }
 
-    /// Fills `row` with the filtered white noise of one stream.
-    fn fill_row(&self, row: &mut [f32], mut rng: rand_chacha::ChaCha8Rng) {
-        let start: f32 = rng.sample(StandardNormal);
-        for value in row.iter_mut() {
-            *value = rng.sample(StandardNormal);
+    /// Fills rows of `width` with filtered white noise, row `k` from stream `first_stream + k`.
+    fn fill_rows(&self, rows: &mut [f32], width: usize, streams: &Streams, first_stream: u64) {
+        let mut starts = [[0.0]; LOCKSTEP];
+        let chunks = rows.chunks_exact_mut(width).zip(&mut starts);
+        for (index, (row, start)) in (first_stream..).zip(chunks) {
+            let mut rng = streams.chunk(index);
+            normals::for_each(start, &mut rng, |value, normal| *value = normal);
+            normals::for_each(row, &mut rng, |value, normal| *value = normal);
         }
-        let Some((first, rest)) = row.split_first_mut() else {
-            return;
-        };
-        let mut u = *first;
-        let mut y = self.r * u + self.s * start;
-        *first = y;
-        for value in rest {
-            u = self.a * u + self.b * *value;
-            y = self.a * y + self.c * u;
-            *value = y;
+        let starts = starts.map(|[start]| start);
+        if rows.len() == LOCKSTEP * width {
+            self.filter::<LOCKSTEP>(rows, width, starts);
+        } else {
+            for (row, start) in rows.chunks_exact_mut(width).zip(starts) {
+                self.filter::<1>(row, width, [start]);
+            }
+        }
+    }
+
+    /// Filters `N` rows along x, side by side: within one row every step waits for the last.
+    fn filter<const N: usize>(&self, rows: &mut [f32], width: usize, starts: [f32; N]) {
+        let (mut u, mut y) = ([0.0; N], [0.0; N]);
+        for x in 0..width {
+            for row in 0..N {
+                let value = &mut rows[row * width + x];
+                if x == 0 {
+                    u[row] = *value;
+                    y[row] = self.r * u[row] + self.s * starts[row];
+                } else {
+                    u[row] = self.a * u[row] + self.b * *value;
+                    y[row] = self.a * y[row] + self.c * u[row];
+                }
+                *value = y[row];
+            }
         }
     }
 
@@ -145,11 +164,11 @@ impl CorrelatedField {
         for (index, scale) in scales.iter().enumerate() {
             let cascade = Cascade::new(scale.decay_per_px);
             self.white
-                .par_chunks_mut(width)
+                .par_chunks_mut(LOCKSTEP * width)
                 .enumerate()
-                .for_each(|(row_index, row)| {
-                    let stream = (index as u64) << 32 | row_index as u64;
-                    cascade.fill_row(row, streams.chunk(stream));
+                .for_each(|(block, rows)| {
+                    let stream = (index as u64) << 32 | (block * LOCKSTEP) as u64;
+                    cascade.fill_rows(rows, width, streams, stream);
                 });
             let gain = scale.variance_share.sqrt() as f32;
             cascade.add_columns(&self.white, gain, &mut self.field, &mut self.u, &mut self.y);

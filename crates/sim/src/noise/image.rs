@@ -2,9 +2,8 @@
 
 use super::illumination::vignette;
 use super::stream::{Purpose, Streams};
-use super::{Flicker, RollingShutter, blur, checks};
-use rand::RngExt;
-use rand_distr::StandardNormal;
+use super::{Flicker, RollingShutter, blur, checks, normals};
+use crate::rounding::byte;
 use rayon::prelude::*;
 use sphereflow_core::{Plane, Result, Stamp};
 
@@ -56,25 +55,40 @@ impl ImageNoise {
         if self.is_none() {
             return;
         }
-        let (width, height) = image.size();
-        let mut values: Vec<f32> = image
-            .data()
-            .as_flattened()
-            .iter()
-            .map(|v| f32::from(*v))
-            .collect();
-        self.corrupt(&mut values, (width, height, 3), stamp, frame_index);
-        let bytes = image.data_mut().as_flattened_mut();
-        for (byte, value) in bytes.iter_mut().zip(&values) {
-            // A cast saturates at 0 and 255.
-            *byte = value.round_ties_even() as u8;
+        let size = image.size();
+        let stride = 3 * size.0;
+        if stride == 0 {
+            return;
         }
+        let streams = Streams::new(self.seed, Purpose::Image, frame_index);
+        let bytes = image.data_mut().as_flattened_mut();
+        if self.parameters.blur_sigma_px > 0.0 {
+            let mut values: Vec<f32> = bytes.iter().map(|v| f32::from(*v)).collect();
+            self.corrupt(&mut values, size, 3, stamp, &streams);
+            to_bytes(&values, bytes);
+            return;
+        }
+        // Without blur every row is for itself, and a buffer of one row stays in the cache.
+        bytes.par_chunks_mut(stride).enumerate().for_each_init(
+            || vec![0.0; stride],
+            |values, (y, row)| {
+                for (value, byte) in values.iter_mut().zip(row.iter()) {
+                    *value = f32::from(*byte);
+                }
+                self.light(values, y, size, 3, stamp);
+                self.add_noise(values, y, &streams);
+                to_bytes(values, row);
+            },
+        );
     }
 
     /// Changes a grey picture (levels 0 to 255); see [`ImageNoise::apply_rgb`].
     pub fn apply_grey(&self, image: &mut Plane<f32>, stamp: Stamp, frame_index: u64) {
-        let (width, height) = image.size();
-        self.corrupt(image.data_mut(), (width, height, 1), stamp, frame_index);
+        let size = image.size();
+        let streams = Streams::new(self.seed, Purpose::Image, frame_index);
+        if !image.data().is_empty() {
+            self.corrupt(image.data_mut(), size, 1, stamp, &streams);
+        }
     }
 
     /// True where nothing would change.
@@ -83,48 +97,62 @@ impl ImageNoise {
         p.sigma_grey == 0.0 && p.blur_sigma_px == 0.0 && p.flicker.is_none() && p.vignetting == 0.0
     }
 
-    /// Interleaved values of `(width, height, channels)`.
+    /// A whole image of interleaved channels, `size` = width, height; not empty.
     fn corrupt(
         &self,
         values: &mut [f32],
-        (width, height, channels): (usize, usize, usize),
+        size: (usize, usize),
+        channels: usize,
         stamp: Stamp,
-        frame_index: u64,
+        streams: &Streams,
+    ) {
+        let stride = size.0 * channels;
+        let rows = |values: &mut [f32], change: &(dyn Fn(usize, &mut [f32]) + Sync)| {
+            let rows = values.par_chunks_mut(stride).enumerate();
+            rows.for_each(|(y, row)| change(y, row));
+        };
+        rows(values, &|y, row| self.light(row, y, size, channels, stamp));
+        if self.parameters.blur_sigma_px > 0.0 {
+            blur::gaussian(values, size.0, channels, self.parameters.blur_sigma_px);
+        }
+        rows(values, &|y, row| self.add_noise(row, y, streams));
+    }
+
+    /// Lamp and lens on row `y`.
+    fn light(
+        &self,
+        row: &mut [f32],
+        y: usize,
+        (width, height): (usize, usize),
+        channels: usize,
+        stamp: Stamp,
     ) {
         let p = &self.parameters;
-        let stride = width * channels;
-        if values.is_empty() {
+        if p.flicker.is_none() && p.vignetting == 0.0 {
             return;
         }
-        if p.flicker.is_some() || p.vignetting > 0.0 {
-            values
-                .par_chunks_mut(stride)
-                .enumerate()
-                .for_each(|(y, row)| {
-                    let lamp = p.flicker.map_or(1.0, |flicker| {
-                        flicker.row_gain(stamp, y, p.rolling_shutter.as_ref())
-                    });
-                    for (x, pixel) in row.chunks_exact_mut(channels).enumerate() {
-                        let gain = (lamp * vignette(x, y, width, height, p.vignetting)) as f32;
-                        pixel.iter_mut().for_each(|v| *v *= gain);
-                    }
-                });
+        let lamp = p.flicker.map_or(1.0, |flicker| {
+            flicker.row_gain(stamp, y, p.rolling_shutter.as_ref())
+        });
+        for (x, pixel) in row.chunks_exact_mut(channels).enumerate() {
+            let gain = (lamp * vignette(x, y, width, height, p.vignetting)) as f32;
+            pixel.iter_mut().for_each(|v| *v *= gain);
         }
-        if p.blur_sigma_px > 0.0 {
-            blur::gaussian(values, width, channels, p.blur_sigma_px);
+    }
+
+    /// Noise on row `y`, from a stream of its own.
+    fn add_noise(&self, row: &mut [f32], y: usize, streams: &Streams) {
+        let sigma = self.parameters.sigma_grey as f32;
+        if sigma > 0.0 {
+            let mut rng = streams.chunk(y as u64);
+            normals::for_each(row, &mut rng, |value, normal| *value += sigma * normal);
         }
-        if p.sigma_grey > 0.0 {
-            let streams = Streams::new(self.seed, Purpose::Image, frame_index);
-            values
-                .par_chunks_mut(stride)
-                .enumerate()
-                .for_each(|(y, row)| {
-                    let mut rng = streams.chunk(y as u64);
-                    for value in row {
-                        let normal: f32 = rng.sample(StandardNormal);
-                        *value += p.sigma_grey as f32 * normal;
-                    }
-                });
-        }
+    }
+}
+
+/// Rounded and clamped.
+fn to_bytes(values: &[f32], bytes: &mut [u8]) {
+    for (out, value) in bytes.iter_mut().zip(values) {
+        *out = byte(*value);
     }
 }

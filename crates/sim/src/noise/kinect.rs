@@ -5,6 +5,7 @@ use super::depth::{NoiseWorkspace, check_size, edit};
 use super::distortion::InverseDepthDistortion;
 use super::stream::{Purpose, Streams};
 use super::{checks, holes};
+use crate::rounding::nearest;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use sphereflow_core::{DepthMap, Error, Result};
@@ -210,12 +211,13 @@ fn add(row: &mut [f32], field: &[f32], sigma: f32) {
     row.iter_mut().zip(field).for_each(|(v, n)| *v += sigma * n);
 }
 
-/// Rounds 1/Z to multiples of `quantum`; 0 leaves it.
+/// Rounds 1/Z to multiples of `quantum`; 0 leaves it. Beyond 4 million quanta, where `f32` has no
+/// digits left, to several of them.
 pub(crate) fn quantise(row: &mut [f32], quantum: f32) {
     if quantum > 0.0 {
         let per_quantum = 1.0 / quantum;
         row.iter_mut()
-            .for_each(|v| *v = (*v * per_quantum).round_ties_even() * quantum);
+            .for_each(|v| *v = nearest(*v * per_quantum) * quantum);
     }
 }
 

@@ -13,6 +13,7 @@ mod illumination;
 mod image;
 mod independent;
 mod kinect;
+mod normals;
 mod rolling_shutter;
 mod shadow;
 pub(crate) mod stream;

@@ -1,46 +1,16 @@
 //! Which primitives a bundle of neighbouring rays can meet: most rays then test two or three.
 
+use super::bundle::{Bundle, Cone};
 use crate::scene::{Crossing, Scene, Shape};
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 
-/// Rounding of a cosine: a ray that grazes a bounding ball is not left out.
+/// Rounding of a cosine or of metres: a ray that grazes a ball or a box is not left out.
 const GRAZING: f64 = 1e-12;
-
-/// A cone around a bundle of rays.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Cone {
-    axis: Vector3<f64>,
-    half_angle_rad: f64,
-    cos: f64,
-    sin: f64,
-}
-
-impl Cone {
-    /// Around unit rays; NaN rays are left out, and without any ray the cone is the whole sphere.
-    pub(super) fn around(rays: &[Vector3<f64>]) -> Self {
-        let known = || rays.iter().filter(|ray| ray.x.is_finite());
-        let mean: Vector3<f64> = known().sum();
-        let Some(axis) = mean.try_normalize(1e-6) else {
-            return Self::new(Vector3::z(), std::f64::consts::PI);
-        };
-        let widest = known().map(|ray| ray.angle(&axis)).fold(0.0, f64::max);
-        Self::new(axis, widest + 1e-9)
-    }
-
-    fn new(axis: Vector3<f64>, half_angle_rad: f64) -> Self {
-        let (sin, cos) = half_angle_rad.sin_cos();
-        Self {
-            axis,
-            half_angle_rad,
-            cos,
-            sin,
-        }
-    }
-}
 
 /// The primitives ahead of one origin, and those that a cone can meet.
 pub(super) struct Candidates<'a> {
     scene: &'a Scene,
+    origin: Vector3<f64>,
     /// The bounded primitives, nearest first.
     balls: Vec<Ball<'a>>,
     /// What surrounds the camera: always a candidate, and the last to be tried.
@@ -83,27 +53,33 @@ impl<'a> Candidates<'a> {
         balls.sort_by(|a, b| a.nearest_m.total_cmp(&b.nearest_m));
         Self {
             scene,
+            origin: *origin,
             chosen: Vec::with_capacity(balls.len()),
             balls,
             around,
         }
     }
 
-    /// Keep what a cone can meet, nearest first.
-    pub(super) fn choose(&mut self, cone: &Cone, world_from_camera: &Rotation3<f64>) {
-        let axis = world_from_camera * cone.axis;
+    /// Keep what a bundle of rays can meet, nearest first.
+    pub(super) fn choose(&mut self, rays: &Bundle) {
+        let offsets = rays.outward.map(|normal| normal.dot(&self.origin));
+        let beside = |shape: &Shape| {
+            let planes = rays.outward.iter().zip(offsets);
+            // Wholly on the side of a plane where no ray goes.
+            planes
+                .into_iter()
+                .any(|(n, at)| shape.least_along(n) - at > GRAZING)
+        };
         self.chosen.clear();
-        self.chosen.extend(self.balls.iter().filter(|ball| {
-            // Overlap where the angle between the axes is at most the sum of the half angles.
-            ball.bundle.half_angle_rad + cone.half_angle_rad >= std::f64::consts::PI
-                || axis.dot(&ball.bundle.axis)
-                    >= ball.bundle.cos * cone.cos - ball.bundle.sin * cone.sin
-        }));
+        let possible = self.balls.iter();
+        let possible = possible.filter(|ball| ball.bundle.meets(&rays.cone) && !beside(ball.shape));
+        self.chosen.extend(possible);
     }
 
     /// The first crossing among the chosen.
     #[inline]
-    pub(super) fn nearest(&self, origin: &Vector3<f64>, unit: &Vector3<f64>) -> Option<Crossing> {
+    pub(super) fn nearest(&self, unit: &Vector3<f64>) -> Option<Crossing> {
+        let origin = &self.origin;
         let mut nearest: Option<Crossing> = None;
         for ball in &self.chosen {
             if nearest.is_some_and(|c| c.range_m < ball.nearest_m) {

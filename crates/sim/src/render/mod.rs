@@ -1,11 +1,16 @@
 //! What a camera sees of a scene.
 
+mod bundle;
 mod candidates;
+mod shade;
 
-use crate::scene::Scene;
-use candidates::{Candidates, Cone};
+use crate::rounding::byte;
+use crate::scene::{Crossing, Scene};
+use bundle::Bundle;
+use candidates::Candidates;
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use rayon::prelude::*;
+use shade::Shader;
 use sphereflow_core::{DepthMap, Plane, Pose, RangeMap};
 use sphereflow_sphere::Camera;
 
@@ -39,8 +44,8 @@ pub struct Renderer {
     camera: Camera,
     /// Unit rays in the camera frame, row after row; NaN where the model has none.
     rays: Vec<Vector3<f64>>,
-    /// One cone around each segment of each row, camera frame.
-    cones: Vec<Cone>,
+    /// What encloses each segment of each row, camera frame.
+    bundles: Vec<Bundle>,
     /// Angle between the rays of neighbouring pixels in the middle of the image.
     pixel_rad: f64,
 }
@@ -62,9 +67,9 @@ impl Renderer {
             .flat_map(|y| (0..width).map(move |x| (x as f64, y as f64)))
             .map(|(x, y)| ray(x, y))
             .collect();
-        let cones = rays
+        let bundles = rays
             .chunks(width)
-            .flat_map(|row| row.chunks(SEGMENT).map(Cone::around))
+            .flat_map(|row| row.chunks(SEGMENT).map(Bundle::around))
             .collect();
         let (cx, cy) = (0.5 * width as f64 - 0.5, 0.5 * height as f64 - 0.5);
         let step = (ray(cx + 0.5, cy) - ray(cx - 0.5, cy)).norm();
@@ -72,7 +77,7 @@ impl Renderer {
             scene: scene.clone(),
             camera: camera.clone(),
             rays,
-            cones,
+            bundles,
             pixel_rad: if step.is_finite() { step } else { 0.0 },
         }
     }
@@ -129,26 +134,45 @@ impl Renderer {
         let rotation = UnitQuaternion::to_rotation_matrix(pose.rotation);
         let rays = &self.rays[y * width..(y + 1) * width];
         let segments = width.div_ceil(SEGMENT);
-        let cones = &self.cones[y * segments..(y + 1) * segments];
+        let bundles = &self.bundles[y * segments..(y + 1) * segments];
         let mut candidates = Candidates::new(&self.scene, &origin);
-        for (segment, cone) in cones.iter().enumerate() {
-            candidates.choose(cone, &rotation);
-            let first = segment * SEGMENT;
-            for (offset, ray) in rays[first..].iter().take(SEGMENT).enumerate() {
-                let (x, unit) = (first + offset, rotation * ray);
-                out.grey[x] = f32::NAN;
-                if let Some(crossing) = candidates.nearest(&origin, &unit) {
-                    let hit = self
-                        .scene
-                        .describe(&origin, &unit, crossing, self.pixel_rad);
-                    out.range[x] = hit.range_m as f32;
-                    out.depth[x] = (hit.range_m * ray.z) as f32;
-                    out.grey[x] = hit.grey as f32;
-                    out.colour[x] = hit.rgb.map(|c| (c + 0.5) as u8);
+        let mut shader = Shader::new();
+        let nothing = Crossing {
+            range_m: f64::NAN,
+            primitive: usize::MAX,
+            face: 0,
+        };
+        let mut seen = [(Vector3::zeros(), nothing); SEGMENT];
+        for (segment, (bundle, rays)) in bundles.iter().zip(rays.chunks(SEGMENT)).enumerate() {
+            candidates.choose(&bundle.turned(&rotation));
+            let mut x = segment * SEGMENT;
+            for (offset, (seen, ray)) in seen.iter_mut().zip(rays).enumerate() {
+                let unit = rotation * ray;
+                let crossing = candidates.nearest(&unit).unwrap_or(nothing);
+                out.range[x + offset] = crossing.range_m as f32;
+                out.depth[x + offset] = (crossing.range_m * ray.z) as f32;
+                *seen = (unit, crossing);
+            }
+            for run in seen[..rays.len()].chunk_by(|a, b| same_face(&a.1, &b.1)) {
+                let (colour, grey) = (&mut out.colour[x..], &mut out.grey[x..]);
+                x += run.len();
+                if run[0].1.primitive == nothing.primitive {
+                    grey[..run.len()].fill(f32::NAN);
+                    continue;
                 }
+                let paint = |place: usize, rgb: [f64; 3], brightness: f64| {
+                    colour[place] = rgb.map(|c| byte(c as f32));
+                    grey[place] = brightness as f32;
+                };
+                shader.face(&self.scene, &origin, self.pixel_rad, run, paint);
             }
         }
     }
+}
+
+#[inline]
+fn same_face(a: &Crossing, b: &Crossing) -> bool {
+    a.primitive == b.primitive && a.face == b.face
 }
 
 /// One row of every plane.

@@ -1,5 +1,6 @@
 //! A scene: painted solids, and the ray query that everything else is made of.
 
+mod brush;
 mod builtin;
 mod ellipsoid;
 mod furnished;
@@ -8,6 +9,7 @@ mod shape;
 mod solid;
 mod texture;
 
+pub(crate) use brush::Brush;
 pub use ellipsoid::Ellipsoid;
 pub use shape::{Rectangle, Room, Shape};
 pub use solid::{Ball, Block, Cylinder};
@@ -35,7 +37,7 @@ impl Primitive {
     }
 
     /// The texture of a face.
-    fn texture(&self, face: usize) -> Texture {
+    pub(crate) fn texture(&self, face: usize) -> Texture {
         let last = self.textures.len().saturating_sub(1);
         self.textures
             .get(face.min(last))
@@ -129,30 +131,24 @@ impl Scene {
         for (index, primitive) in self.primitives.iter().enumerate() {
             nearest = primitive.shape.nearer(origin, &unit, index, nearest);
         }
-        nearest.map(|crossing| self.describe(origin, &unit, crossing, 0.0))
+        nearest.map(|crossing| self.describe(origin, &unit, crossing))
     }
 
-    /// Point, normal and paint of a crossing. `pixel_rad` is the angle between neighbouring rays,
-    /// over which textures are averaged: 0 for none.
-    pub(crate) fn describe(
-        &self,
-        origin: &Vector3<f64>,
-        unit: &Vector3<f64>,
-        crossing: Crossing,
-        pixel_rad: f64,
-    ) -> Hit {
+    /// Share of the light that falls on a surface with a unit normal.
+    #[inline]
+    pub(crate) fn light(&self, normal: &Vector3<f64>) -> f64 {
+        let lit = 0.5 + 0.5 * (0.30 * normal.x - 0.85 * normal.y - 0.43 * normal.z);
+        1.0 - self.shading * (1.0 - lit)
+    }
+
+    /// Point, normal and paint of a crossing.
+    fn describe(&self, origin: &Vector3<f64>, unit: &Vector3<f64>, crossing: Crossing) -> Hit {
         let point = origin + unit * crossing.range_m;
         let primitive = &self.primitives[crossing.primitive];
         let surface = primitive.shape.surface(&point, crossing.face, unit);
-        let slant = surface.normal.dot(unit).abs().max(0.25);
-        let footprint_m = pixel_rad * crossing.range_m / slant;
-        let mut rgb = primitive.texture(crossing.face).rgb(&surface, footprint_m);
-        if self.shading > 0.0 {
-            let n = &surface.normal;
-            let lit = 0.5 + 0.5 * (0.30 * n.x - 0.85 * n.y - 0.43 * n.z);
-            let factor = 1.0 - self.shading * (1.0 - lit);
-            rgb = rgb.map(|c| c * factor);
-        }
+        let paint = primitive.texture(crossing.face).rgb(&surface, 0.0);
+        let light = self.light(&surface.normal);
+        let rgb = paint.map(|c| c * light);
         Hit {
             range_m: crossing.range_m,
             point,
@@ -166,7 +162,7 @@ impl Scene {
 }
 
 /// ITU-R BT.601 weights, as [`sphereflow_core::RgbdFrame::grey`]; grey stays grey to the last bit.
-fn luminance([r, g, b]: [f64; 3]) -> f64 {
+pub(crate) fn luminance([r, g, b]: [f64; 3]) -> f64 {
     g + 0.299 * (r - g) + 0.114 * (b - g)
 }
 

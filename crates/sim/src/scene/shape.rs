@@ -47,7 +47,7 @@ shape_from!(Room, Ellipsoid, Block, Ball, Cylinder, Rectangle);
 
 impl Shape {
     /// The nearer of `so_far` and the crossing of this shape, if any.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn nearer(
         &self,
         origin: &Vector3<f64>,
@@ -66,7 +66,6 @@ impl Shape {
     }
 
     /// Normal and coordinates at a point of the surface.
-    #[inline]
     pub(crate) fn surface(
         &self,
         point: &Vector3<f64>,
@@ -74,6 +73,20 @@ impl Shape {
         unit: &Vector3<f64>,
     ) -> SurfacePoint {
         on_shape!(self, s => s.surface(point, face, unit))
+    }
+
+    /// [`Shape::surface`] of many points of one face: `rays` are points and unit rays.
+    pub(crate) fn surfaces(
+        &self,
+        face: usize,
+        rays: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)>,
+        out: &mut [SurfacePoint],
+    ) {
+        on_shape!(self, s => {
+            for (out, (point, unit)) in out.iter_mut().zip(rays) {
+                *out = s.surface(&point, face, &unit);
+            }
+        });
     }
 
     /// Centre and radius of a ball around it; `None` for what surrounds the camera.
@@ -84,6 +97,25 @@ impl Shape {
             Self::Ball(s) => Some((s.centre, s.radius_m)),
             Self::Cylinder(s) => Some((s.centre, s.radius_m.hypot(s.half_height_m))),
             Self::Rectangle(s) => Some((s.centre, s.half_m[0].hypot(s.half_m[1]))),
+        }
+    }
+
+    /// The least coordinate of its points along `normal` from the world's origin, for a unit normal
+    /// in metres; minus infinity for what surrounds the camera.
+    #[inline]
+    pub(crate) fn least_along(&self, normal: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Room(_) | Self::Ellipsoid(_) => f64::NEG_INFINITY,
+            Self::Block(s) => s.least_along(normal),
+            Self::Ball(s) => normal.dot(&s.centre) - s.radius_m * normal.norm(),
+            Self::Cylinder(s) => {
+                let upright = normal.y.abs() * s.half_height_m;
+                normal.dot(&s.centre) - upright - s.radius_m * normal.x.hypot(normal.z)
+            }
+            Self::Rectangle(s) => {
+                let [u, v] = s.along.map(|edge| edge.dot(normal).abs());
+                normal.dot(&s.centre) - u * s.half_m[0] - v * s.half_m[1]
+            }
         }
     }
 

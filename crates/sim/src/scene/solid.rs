@@ -31,6 +31,12 @@ impl Block {
         (0..3).all(|axis| local[axis].abs() <= self.half_size_m[axis])
     }
 
+    /// See [`super::Shape::least_along`].
+    #[inline]
+    pub(super) fn least_along(&self, normal: &Vector3<f64>) -> f64 {
+        normal.dot(&self.centre) - self.local(normal).abs().dot(&self.half_size_m)
+    }
+
     /// World direction into the frame of the box.
     #[inline]
     fn local(&self, v: &Vector3<f64>) -> Vector3<f64> {

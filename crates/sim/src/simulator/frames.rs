@@ -4,7 +4,7 @@ use super::Simulator;
 use crate::noise::NoiseWorkspace;
 use crate::sensors::{BodyMotion, Imu, ImuBias, Magnetometer};
 use crate::{MotionState, Rendered, Result};
-use sphereflow_core::{ImuSample, MagSample, RgbdFrame, Stamp};
+use sphereflow_core::{DepthMap, ImuSample, MagSample, Plane, RgbdFrame, Stamp};
 
 /// What the sensors say of one instant, and the truth beside it.
 #[derive(Clone, Debug)]
@@ -50,17 +50,7 @@ impl<'a> Frames<'a> {
         let simulator = self.simulator;
         let stamp = simulator.stamp(index);
         let exact = simulator.exact(stamp);
-        let mut depth = exact.depth.clone();
-        simulator.depth_noise.apply_in_place(
-            &mut depth,
-            &simulator.config.camera,
-            index as u64,
-            &mut self.workspace,
-        )?;
-        let mut colour = exact.colour.clone();
-        simulator
-            .image_noise
-            .apply_rgb(&mut colour, stamp, index as u64);
+        let (depth, colour) = self.corrupt(&exact, stamp, index as u64)?;
         let frame = RgbdFrame {
             stamp,
             colour: Some(colour),
@@ -74,6 +64,31 @@ impl<'a> Frames<'a> {
             exact,
             imu_bias: self.imu_bias,
         })
+    }
+
+    /// What the cameras make of the exact images. The two noises run beside each other: parts of
+    /// each are bound to one thread.
+    fn corrupt(
+        &mut self,
+        exact: &Rendered,
+        stamp: Stamp,
+        index: u64,
+    ) -> Result<(DepthMap, Plane<[u8; 3]>)> {
+        let (simulator, workspace) = (self.simulator, &mut self.workspace);
+        let camera = &simulator.config.camera;
+        let noisy_depth = || -> Result<DepthMap> {
+            let mut depth = exact.depth.clone();
+            let noise = &simulator.depth_noise;
+            noise.apply_in_place(&mut depth, camera, index, workspace)?;
+            Ok(depth)
+        };
+        let noisy_colour = || {
+            let mut colour = exact.colour.clone();
+            simulator.image_noise.apply_rgb(&mut colour, stamp, index);
+            colour
+        };
+        let (depth, colour) = rayon::join(noisy_depth, noisy_colour);
+        Ok((depth?, colour))
     }
 
     /// The inertial samples that have not been given, up to a stamp.
