@@ -28,12 +28,29 @@ struct Ball<'a> {
 }
 
 impl<'a> Candidates<'a> {
-    /// For rays from `origin`, world frame.
-    pub(super) fn new(scene: &'a Scene, origin: &Vector3<f64>) -> Self {
-        let (mut balls, mut around) = (Vec::new(), Vec::new());
-        for (primitive, shape) in scene.primitives().iter().map(|p| &p.shape).enumerate() {
+    /// Before anything is looked at.
+    pub(super) fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            origin: Vector3::repeat(f64::NAN),
+            chosen: Vec::new(),
+            balls: Vec::new(),
+            around: Vec::new(),
+        }
+    }
+
+    /// For rays from `origin`, world frame; nothing is to be done where it is the last one.
+    pub(super) fn look_from(&mut self, origin: &Vector3<f64>) {
+        if self.origin == *origin {
+            return;
+        }
+        self.origin = *origin;
+        self.balls.clear();
+        self.around.clear();
+        let shapes = self.scene.primitives().iter().map(|p| &p.shape);
+        for (primitive, shape) in shapes.enumerate() {
             let Some((centre, radius)) = shape.bounding_ball() else {
-                around.push((primitive, shape));
+                self.around.push((primitive, shape));
                 continue;
             };
             let towards = centre - origin;
@@ -43,21 +60,15 @@ impl<'a> Candidates<'a> {
             } else {
                 Cone::new(Vector3::z(), std::f64::consts::PI)
             };
-            balls.push(Ball {
+            self.balls.push(Ball {
                 primitive,
                 shape,
                 bundle,
                 nearest_m: distance - radius,
             });
         }
-        balls.sort_by(|a, b| a.nearest_m.total_cmp(&b.nearest_m));
-        Self {
-            scene,
-            origin: *origin,
-            chosen: Vec::with_capacity(balls.len()),
-            balls,
-            around,
-        }
+        let nearest_first = |a: &Ball<'_>, b: &Ball<'_>| a.nearest_m.total_cmp(&b.nearest_m);
+        self.balls.sort_by(nearest_first);
     }
 
     /// Keep what a bundle of rays can meet, nearest first.

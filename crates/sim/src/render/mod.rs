@@ -17,6 +17,13 @@ use sphereflow_sphere::Camera;
 /// Pixels of a row that share their candidates.
 const SEGMENT: usize = 64;
 
+/// Of a ray that meets nothing.
+const NOTHING: Crossing = Crossing {
+    range_m: f64::NAN,
+    primitive: usize::MAX,
+    face: 0,
+};
+
 /// One exact image of a scene: no noise, no quantisation but that of the colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rendered {
@@ -112,15 +119,18 @@ impl Renderer {
             .zip(grey.data_mut().par_chunks_mut(width))
             .zip(colour.data_mut().par_chunks_mut(width))
             .enumerate()
-            .for_each(|(y, (((range, depth), grey), colour))| {
-                let row = Row {
-                    range,
-                    depth,
-                    grey,
-                    colour,
-                };
-                self.render_row(y, &world_from_camera(y), row);
-            });
+            .for_each_init(
+                || Desk::new(&self.scene),
+                |desk, (y, (((range, depth), grey), colour))| {
+                    let row = Row {
+                        range,
+                        depth,
+                        grey,
+                        colour,
+                    };
+                    self.render_row(y, &world_from_camera(y), desk, row);
+                },
+            );
         Rendered {
             range: RangeMap::new(range),
             depth: DepthMap::new(depth),
@@ -129,26 +139,24 @@ impl Renderer {
         }
     }
 
-    fn render_row(&self, y: usize, pose: &Pose, out: Row<'_>) {
+    fn render_row(&self, y: usize, pose: &Pose, desk: &mut Desk<'_>, out: Row<'_>) {
         let (width, origin) = (self.camera.width(), pose.translation);
         let rotation = UnitQuaternion::to_rotation_matrix(pose.rotation);
         let rays = &self.rays[y * width..(y + 1) * width];
         let segments = width.div_ceil(SEGMENT);
         let bundles = &self.bundles[y * segments..(y + 1) * segments];
-        let mut candidates = Candidates::new(&self.scene, &origin);
-        let mut shader = Shader::new();
-        let nothing = Crossing {
-            range_m: f64::NAN,
-            primitive: usize::MAX,
-            face: 0,
-        };
-        let mut seen = [(Vector3::zeros(), nothing); SEGMENT];
+        let Desk {
+            candidates,
+            shader,
+            seen,
+        } = desk;
+        candidates.look_from(&origin);
         for (segment, (bundle, rays)) in bundles.iter().zip(rays.chunks(SEGMENT)).enumerate() {
             candidates.choose(&bundle.turned(&rotation));
             let mut x = segment * SEGMENT;
             for (offset, (seen, ray)) in seen.iter_mut().zip(rays).enumerate() {
                 let unit = rotation * ray;
-                let crossing = candidates.nearest(&unit).unwrap_or(nothing);
+                let crossing = candidates.nearest(&unit).unwrap_or(NOTHING);
                 out.range[x + offset] = crossing.range_m as f32;
                 out.depth[x + offset] = (crossing.range_m * ray.z) as f32;
                 *seen = (unit, crossing);
@@ -156,7 +164,7 @@ impl Renderer {
             for run in seen[..rays.len()].chunk_by(|a, b| same_face(&a.1, &b.1)) {
                 let (colour, grey) = (&mut out.colour[x..], &mut out.grey[x..]);
                 x += run.len();
-                if run[0].1.primitive == nothing.primitive {
+                if run[0].1.primitive == NOTHING.primitive {
                     grey[..run.len()].fill(f32::NAN);
                     continue;
                 }
@@ -173,6 +181,23 @@ impl Renderer {
 #[inline]
 fn same_face(a: &Crossing, b: &Crossing) -> bool {
     a.primitive == b.primitive && a.face == b.face
+}
+
+/// What a row needs and the next one can use again.
+struct Desk<'a> {
+    candidates: Candidates<'a>,
+    shader: Shader,
+    seen: [(Vector3<f64>, Crossing); SEGMENT],
+}
+
+impl<'a> Desk<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        Self {
+            candidates: Candidates::new(scene),
+            shader: Shader::new(),
+            seen: [(Vector3::zeros(), NOTHING); SEGMENT],
+        }
+    }
 }
 
 /// One row of every plane.
