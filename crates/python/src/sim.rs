@@ -73,6 +73,18 @@ impl PySimulatedFrame {
             .transpose()
     }
 
+    /// Range along the ray with the camera's noise, metres, float32 (H, W): what a 360-degree camera
+    /// has instead of depth; None for other cameras.
+    #[getter]
+    fn range_m<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        self.0
+            .frame
+            .range
+            .as_ref()
+            .map(|map| image(py, map.metres()))
+            .transpose()
+    }
+
     /// Exact depth along the optical axis, metres, float32 (H, W).
     #[getter]
     fn exact_depth_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
