@@ -12,7 +12,7 @@ demo: $(VENV)/installed-wheel
 
 # All tests, Rust and Python. Tests on recordings read SPHEREFLOW_DATA and skip where it is unset.
 test: $(VENV)/installed-dev
-	cargo test --workspace -q
+	cargo test -q
 	$(BIN)/python -m pytest
 
 bench:
@@ -25,7 +25,7 @@ lint: $(VENV)/installed-dev
 	$(BIN)/ruff format --check python tests tools examples benches
 	$(BIN)/ruff check python tests tools examples benches
 	$(BIN)/mypy
-	$(BIN)/python -m mypy.stubtest sphereflow._native --allowlist tests/stubtest-allowlist.txt
+	$(BIN)/python -m mypy.stubtest sphereflow._native
 	$(BIN)/python tools/thesis_map.py --check
 
 # The figures of docs/: each is drawn by one script in benches/experiments.

@@ -4,7 +4,6 @@ For a fixed vector P, the field eta . P is an eigenfunction of the sphere's Lapl
 """
 
 import numpy as np
-
 import sphereflow as sf
 
 P = np.array([0.3, -0.5, 0.8])

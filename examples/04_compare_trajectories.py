@@ -1,7 +1,6 @@
 """Absolute and relative pose error by the field's definitions (those of evo)."""
 
 import numpy as np
-
 import sphereflow as sf
 
 rng = np.random.default_rng(0)

@@ -85,6 +85,7 @@ class FakeRecording:
             stamp_ns=int(self.stamp_ns[index]),
             colour=colour,
             depth_m=None if index in self.blind else depth,
+            range_m=None,
         )
 
 
@@ -109,7 +110,7 @@ class FakeOdometry:
 
     lost: tuple[int, ...] = ()
 
-    def __init__(self, camera) -> None:
+    def __init__(self, camera, *, along="axis") -> None:
         self.camera = camera
 
     def push(self, depth_m, stamp_ns):
@@ -140,7 +141,7 @@ class FakeCloud:
         self.positions: list[np.ndarray] = []
         self.colours: list[np.ndarray] = []
 
-    def add(self, depth_m, colour, camera, world_from_camera) -> None:
+    def add(self, depth_m, colour, camera, world_from_camera, *, along="axis") -> None:
         rows, columns = np.nonzero(np.isfinite(depth_m))
         z = depth_m[rows, columns]
         points = np.stack([(columns - 15.5) / 30.0 * z, (rows - 11.5) / 30.0 * z, z], axis=1)

@@ -1,4 +1,4 @@
-"""The Python face of the camera models: shapes, NaN where not visible, errors that name the argument."""
+"""The Python face of the camera models: shapes, NaN where not visible, named errors."""
 
 import numpy as np
 import pytest

@@ -1,8 +1,7 @@
-"""Velocity and odometry from Python: signs, statuses with reasons, errors that name the argument."""
+"""Velocity and odometry from Python: signs, statuses with reasons, named errors."""
 
 import numpy as np
 import pytest
-
 import sphereflow as sf
 
 CAMERA = sf.Camera.pinhole(262.5, 262.5, 159.5, 119.5, 320, 240)
@@ -14,7 +13,7 @@ def simulated(motion: str = "hand_held", **options: object) -> sf.sim.Simulator:
 
 def test_estimate_velocity_on_exact_depth_finds_the_motion() -> None:
     """Thesis: section 6.2. Both velocities, in the body frame of the first image."""
-    first, second = simulated(duration_s=0.1).frames(0, 2)
+    first, second = simulated("room_tour", duration_s=0.1).frames(0, 2)
     estimate = sf.odometry.estimate_velocity(
         CAMERA, first.depth_m, second.depth_m, (second.stamp_ns - first.stamp_ns) * 1e-9, warps=2
     )
@@ -76,7 +75,13 @@ def test_odometry_says_what_became_of_each_frame() -> None:
 
 def test_odometry_of_360_degrees_takes_ranges() -> None:
     camera = sf.Camera.equirectangular(256, 128)
-    room = sf.sim.Simulator(motion="hand_held", camera=camera, depth_noise="none", duration_s=0.5)
+    room = sf.sim.Simulator(
+        scene="thesis_room",
+        motion="sinusoids_411",
+        camera=camera,
+        depth_noise="none",
+        duration_s=0.5,
+    )
     odometry = sf.odometry.DepthOdometry(camera, along="ray", warps=2)
     frames = list(room.frames())
     results = [odometry.push(frame.exact_range_m, frame.stamp_ns) for frame in frames]

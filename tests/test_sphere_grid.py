@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 import sphereflow as sf
 
 P = np.array([0.3, -0.5, 0.8])
@@ -22,7 +21,9 @@ def test_sphere_grid_operators_know_the_linear_fields() -> None:
     tolerance = 1e-3  # second order: pixels of 8 mrad
     np.testing.assert_allclose(grid.laplacian(field)[inner], -2 * field[inner], atol=tolerance)
     gradient = grid.gradient(field)
-    np.testing.assert_allclose(gradient[inner], (P - field[..., None] * rays)[inner], atol=tolerance)
+    np.testing.assert_allclose(
+        gradient[inner], (P - field[..., None] * rays)[inner], atol=tolerance
+    )
     turning = grid.divergence(np.cross(rays, P))
     np.testing.assert_allclose(turning[inner], 0, atol=tolerance)
 

@@ -3,6 +3,7 @@
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import sphereflow as sf
 
 
@@ -19,7 +20,9 @@ def main(out: Path) -> None:
         result = sf.run(room, Path(folder) / "result", pictures=False)
         xyz, rgb = _read_cloud(Path(folder) / "result" / "map.ply")
     path = result.trajectory.position_m
-    figure, axes = plt.subplots(1, 3, figsize=(15, 4.4), layout="constrained", width_ratios=[4, 4, 5])
+    figure, axes = plt.subplots(
+        1, 3, figsize=(15, 4.4), layout="constrained", width_ratios=[4, 4, 5]
+    )
     axes[0].imshow(frame.colour)
     axes[0].set_title("colour")
     image = axes[1].imshow(frame.depth_m, cmap="viridis")
@@ -38,9 +41,7 @@ def main(out: Path) -> None:
     print(f"demo: ATE {result.ape.statistics.rmse:.4f} m over {len(path)} poses")
 
 
-def _read_cloud(path: Path):
-    import numpy as np
-
+def _read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray]:
     raw = path.read_bytes()
     start = raw.index(b"end_header\n") + len(b"end_header\n")
     points = np.frombuffer(raw[start:], dtype=[("xyz", "<f4", 3), ("rgb", "u1", 3)])

@@ -8,7 +8,6 @@ is the closed form of section 2.2.1.
 from pathlib import Path
 
 import numpy as np
-
 import sphereflow as sf
 
 WIDTH, HEIGHT = 640, 480
@@ -48,7 +47,9 @@ def main(out: Path) -> None:
     for width_deg, height_deg in [(60, 50), (50, 40)]:
         percent = discrepancy_percent(pinhole(width_deg, height_deg))
         inner = percent[1:-1, 1:-1]
-        corner = exact_percent(np.tan(np.radians(width_deg / 2)), np.tan(np.radians(height_deg / 2)))
+        corner = exact_percent(
+            np.tan(np.radians(width_deg / 2)), np.tan(np.radians(height_deg / 2))
+        )
         print(
             f"figure 2.1, {width_deg} x {height_deg} deg: extreme corner {corner:.1f} % "
             f"(centre of the corner pixel {percent[0, 0]:.1f} %), "
@@ -58,7 +59,9 @@ def main(out: Path) -> None:
         if (width_deg, height_deg) == (60, 50):
             figure, axes = plt.subplots(figsize=(7, 5), layout="constrained")
             image = axes.imshow(percent, cmap="magma")
-            lines = axes.contour(percent, levels=[25, 50, 100, 150, 200], colors="w", linewidths=0.8)
+            lines = axes.contour(
+                percent, levels=[25, 50, 100, 150, 200], colors="w", linewidths=0.8
+            )
             axes.clabel(lines, fmt="%d %%")
             axes.set(
                 title="Flat against spherical Laplacian of 1/D, plane ahead, 60° x 50°",

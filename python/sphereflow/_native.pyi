@@ -9,6 +9,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __version__: str
+__all__ = [
+    "Camera",
+    "DepthOdometry",
+    "Frame",
+    "FrameIterator",
+    "OdometryResult",
+    "Recording",
+    "RecordingWriter",
+    "SimulatedFrame",
+    "SimulatedFrames",
+    "Simulator",
+    "SphereGrid",
+    "Trajectory",
+    "VelocityEstimate",
+    "VoxelCloud",
+    "__version__",
+    "associate",
+    "estimate_velocity",
+    "open_recording",
+]
 
 _Floats = NDArray[np.float64]
 _Status = Literal["started", "tracked", "weak", "lost", "skipped"]
@@ -137,6 +157,10 @@ class Trajectory:
     ) -> Trajectory: ...
     @staticmethod
     def read(path: _Path, *, format: _TrajectoryFormat | None = None) -> Trajectory: ...
+    @staticmethod
+    def read_lenient(
+        path: _Path, *, format: _TrajectoryFormat | None = None
+    ) -> tuple[Trajectory, list[str]]: ...
     def write(self, path: _Path, *, format: _TrajectoryFormat | None = None) -> None: ...
     @property
     def stamp_ns(self) -> NDArray[np.int64]: ...
@@ -238,6 +262,8 @@ class Frame:
     def colour(self) -> NDArray[np.uint8] | None: ...
     @property
     def depth_m(self) -> NDArray[np.float32] | None: ...
+    @property
+    def range_m(self) -> NDArray[np.float32] | None: ...
 
 @final
 class FrameIterator:
@@ -308,6 +334,8 @@ class SimulatedFrame:
     def colour(self) -> NDArray[np.uint8] | None: ...
     @property
     def depth_m(self) -> NDArray[np.float32] | None: ...
+    @property
+    def range_m(self) -> NDArray[np.float32] | None: ...
     @property
     def exact_depth_m(self) -> NDArray[np.float32]: ...
     @property
@@ -381,9 +409,7 @@ class Simulator:
 
 @final
 class VoxelCloud:
-    def __new__(
-        cls, voxel_m: float = 0.02, *, max_points: int = 20_000_000
-    ) -> VoxelCloud: ...
+    def __new__(cls, voxel_m: float = 0.02, *, max_points: int = 20_000_000) -> VoxelCloud: ...
     def add(
         self,
         depth_m: ArrayLike,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import sphereflow
-from sphereflow.interfaces import RecordingLike
+from sphereflow.interfaces import RecordingLike, distances_of
 from sphereflow.report import calibration_of, streams_of, sync_of, timing_of_stamps
 
 SAMPLED_FRAMES = 12
@@ -48,10 +48,11 @@ def depth_of(recording: RecordingLike) -> dict[str, Any]:
         except sphereflow.SphereflowError as error:
             unreadable.append(f"frame {index}: {error}")
             continue
-        if frame is None or frame.depth_m is None:
+        metres = None if frame is None else distances_of(frame)
+        if metres is None:
             continue
-        finite = frame.depth_m[np.isfinite(frame.depth_m)]
-        known, pixels = known + finite.size, pixels + frame.depth_m.size
+        finite = metres[np.isfinite(metres)]
+        known, pixels = known + finite.size, pixels + metres.size
         samples.append(finite)
     depth = np.concatenate(samples) if samples else np.zeros(0)
     percentiles = {}

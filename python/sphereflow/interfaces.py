@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +37,7 @@ class CameraLike(Protocol):
 
 
 class FrameLike(Protocol):
-    """One frame: depth in metres along the optical axis, NaN where unknown."""
+    """One frame: distances in metres, NaN where unknown."""
 
     @property
     def stamp_ns(self) -> int:
@@ -49,7 +49,21 @@ class FrameLike(Protocol):
 
     @property
     def depth_m(self) -> DepthImage | None:
-        """Depth (H, W), or None."""
+        """Depth along the optical axis (H, W), or None."""
+
+    @property
+    def range_m(self) -> DepthImage | None:
+        """Range along the ray (H, W), what a 360-degree camera has instead, or None."""
+
+
+def distances_of(frame: FrameLike) -> DepthImage | None:
+    """Depth of a frame, or its range where it has that instead; None where it has neither."""
+    return frame.range_m if frame.depth_m is None else frame.depth_m
+
+
+def direction_of(camera: CameraLike) -> Literal["axis", "ray"]:
+    """Along what the camera's distances are: a 360-degree camera has no optical axis."""
+    return "ray" if camera.model == "equirectangular" else "axis"
 
 
 class RecordingLike(Protocol):

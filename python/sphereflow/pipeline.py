@@ -13,7 +13,7 @@ import sphereflow
 from sphereflow import eval as evaluation
 from sphereflow import io, odometry, slam
 from sphereflow.eval.relations import Relation
-from sphereflow.interfaces import RecordingLike, ViewerLike
+from sphereflow.interfaces import RecordingLike, ViewerLike, direction_of, distances_of
 from sphereflow.journal import Journal
 from sphereflow.report import build_report, write_report
 from sphereflow.result_folder import REPORT, ResultFolder
@@ -163,21 +163,23 @@ def _track(
     viewer: ViewerLike | None,
     progress: Progress | None,
 ) -> Any:
-    """Each frame through odometry and map; returns a frame from the middle, for a picture."""
-    estimator = odometry.DepthOdometry(recording.camera)
+    """Each frame through odometry and map; returns distances from the middle, for a picture."""
+    along = direction_of(recording.camera)
+    estimator = odometry.DepthOdometry(recording.camera, along=along)
     total = len(recording) if max_frames is None else min(max_frames, len(recording))
     sample = None
     for index, frame in _decoded(recording, total, journal, watch):
-        depth_m = frame.depth_m
+        metres = distances_of(frame)
         with watch("odometry"):
-            motion = estimator.push(depth_m, frame.stamp_ns)
-        journal.motion(frame.stamp_ns, motion, with_depth=depth_m is not None)
-        if depth_m is not None and motion.has_pose and index % MAP_EVERY == 0:
+            motion = estimator.push(metres, frame.stamp_ns)
+        journal.motion(frame.stamp_ns, motion, with_depth=metres is not None)
+        if metres is not None and motion.has_pose and index % MAP_EVERY == 0:
             colour = frame.colour if recording.colour_registered else None
+            pose = motion.world_from_camera
             with watch("map"):
-                cloud.add(depth_m, colour, recording.camera, motion.world_from_camera)
-        if depth_m is not None and (sample is None or index <= total // 2):
-            sample = frame
+                cloud.add(metres, colour, recording.camera, pose, along=along)
+        if metres is not None and (sample is None or index <= total // 2):
+            sample = metres
         if viewer is not None:
             with watch("view"):
                 viewer.frame(index, frame, motion)
@@ -261,7 +263,7 @@ def _pictures(
             journal=journal,
             truth=recording.truth,
             cloud=cloud.points(),
-            depth_m=None if sample is None else sample.depth_m,
+            depth_m=sample,
             max_difference_s=TRUTH_DIFFERENCE_S,
         )
     except sphereflow.MissingExtraError as error:

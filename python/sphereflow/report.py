@@ -162,7 +162,7 @@ def versions() -> dict[str, str]:
 def write_report(path: str | Path, report: Mapping[str, Any]) -> None:
     """Write as JSON beside ``path``, then rename; numbers that are not finite become null."""
     path = Path(path)
-    text = json.dumps(_finite(report), indent=2, allow_nan=False, ensure_ascii=False)
+    text = json.dumps(finite(report), indent=2, allow_nan=False, ensure_ascii=False)
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as stream:
@@ -174,11 +174,12 @@ def write_report(path: str | Path, report: Mapping[str, Any]) -> None:
         raise
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """The value with every number that is not finite replaced by None: JSON has no NaN."""
     if isinstance(value, Mapping):
-        return {str(key): _finite(inner) for key, inner in value.items()}
+        return {str(key): finite(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_finite(inner) for inner in value]
+        return [finite(inner) for inner in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

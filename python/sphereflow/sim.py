@@ -1,4 +1,4 @@
-"""Simulated rooms, cameras and inertial sensors with honest noise; the same seed, the same world."""
+"""Simulated rooms, cameras and inertial sensors with honest noise; a seed is a world."""
 
 from sphereflow._native import SimulatedFrame, SimulatedFrames, Simulator
 

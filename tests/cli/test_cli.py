@@ -141,7 +141,8 @@ def test_file_that_repeats_a_stamp_is_read_with_a_warning(pair, tmp_path):
     repeated.write_text("\n".join([*lines[:9], lines[8], lines[4], *lines[9:]]) + "\n")
     result = invoke("ape", repeated, pair[1], "-as")
     assert result.exit_code == 0, result.stderr
-    assert "2 rows left out, the time does not increase" in result.stderr
+    assert "row with the stamp of the row before left out" in result.stderr
+    assert "row with a stamp before the last one left out" in result.stderr
     assert "matched poses  60" in result.output
 
 

@@ -1,6 +1,6 @@
 //! One RGB-D frame as it travels from a recording or device to the estimators.
 
-use crate::{DepthMap, ImuSample, MagSample, Plane, Stamp};
+use crate::{DepthMap, ImuSample, MagSample, Plane, RangeMap, Stamp};
 
 /// What was seen at one instant, and what the inertial sensors said since the frame before.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,6 +11,9 @@ pub struct RgbdFrame {
     pub colour: Option<Plane<[u8; 3]>>,
     /// Depth along the optical axis, metres; `None` where the recording has none for this frame.
     pub depth: Option<DepthMap>,
+    /// Range along the ray, metres: what a 360-degree camera has instead of depth, as an optical
+    /// axis means nothing to a ray behind the camera.
+    pub range: Option<RangeMap>,
     /// Inertial samples after the previous frame's stamp, up to this one's.
     pub imu: Vec<ImuSample>,
     /// Magnetic samples after the previous frame's stamp, up to this one's.

@@ -1,11 +1,11 @@
 //! Writing recordings: a TUM folder with `imu.csv`, `mag.csv` and `calibration.toml`.
 
-use crate::images::{Image, JPEG_QUALITY, encode, raw_from_depth};
+use crate::images::{Image, JPEG_QUALITY, encode, raw_from_metres};
 use crate::recording::{imu_table, mag_table};
 use crate::trajectory::write_tum;
 use crate::{Calibration, Error, Result, beside};
 use sphereflow_core::{
-    DepthMap, Error as CoreError, ImuSample, MagSample, Plane, RgbdFrame, Stamp, Trajectory,
+    Error as CoreError, ImuSample, MagSample, Plane, RgbdFrame, Stamp, Trajectory,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -39,6 +39,8 @@ pub struct RecordingWriter {
     path: PathBuf,
     partial: PathBuf,
     calibration: Calibration,
+    /// The camera sees all around: its frames have range, not depth.
+    all_around: bool,
     colour_format: ColourFormat,
     stamps: Vec<Stamp>,
     has_colour: Vec<bool>,
@@ -89,6 +91,7 @@ impl RecordingWriter {
         Ok(Self {
             path: path.to_path_buf(),
             partial,
+            all_around: calibration.camera()?.wraps_around(),
             calibration,
             colour_format: ColourFormat::default(),
             stamps: Vec::new(),
@@ -116,11 +119,7 @@ impl RecordingWriter {
         if let Some(&last) = self.stamps.last() {
             check_order("frame.stamp", Some(last), frame.stamp, self.stamps.len())?;
         }
-        let depth = frame
-            .depth
-            .as_ref()
-            .ok_or_else(|| CoreError::value("frame.depth", "a depth map", "none"))?;
-        self.check_size("frame.depth", depth.size())?;
+        let metres = self.distances(frame)?;
         if let Some(colour) = &frame.colour {
             self.check_size("frame.colour", colour.size())?;
         }
@@ -128,7 +127,7 @@ impl RecordingWriter {
         let added = self
             .push_imu(&frame.imu)
             .and_then(|()| self.push_mag(&frame.mag))
-            .and_then(|()| self.write_images(frame.stamp, depth, frame.colour.as_ref()));
+            .and_then(|()| self.write_images(frame.stamp, metres, frame.colour.as_ref()));
         if added.is_err() {
             self.imu.truncate(imu);
             self.mag.truncate(mag);
@@ -229,10 +228,22 @@ impl RecordingWriter {
         format!("# timestamp filename\n{}", rows.collect::<String>())
     }
 
+    /// Depth of the frame, or range where the camera sees all around.
+    fn distances<'a>(&self, frame: &'a RgbdFrame) -> Result<&'a Plane<f32>> {
+        let (argument, metres) = if self.all_around {
+            ("frame.range", frame.range.as_ref().map(|map| map.metres()))
+        } else {
+            ("frame.depth", frame.depth.as_ref().map(|map| map.metres()))
+        };
+        let metres = metres.ok_or_else(|| CoreError::value(argument, "a map", "none"))?;
+        self.check_size(argument, metres.size())?;
+        Ok(metres)
+    }
+
     fn write_images(
         &self,
         stamp: Stamp,
-        depth: &DepthMap,
+        metres: &Plane<f32>,
         colour: Option<&Plane<[u8; 3]>>,
     ) -> Result<()> {
         let image_path = |folder: &str, extension: &str| {
@@ -245,7 +256,7 @@ impl RecordingWriter {
                 .map_err(Error::system(&path, "write"))
         };
         let write_depth = || {
-            let raw = raw_from_depth(depth, self.calibration.depth_scale)?;
+            let raw = raw_from_metres(metres, self.calibration.depth_scale)?;
             write(image_path("depth", "png"), Image::Grey16(raw))
         };
         let write_colour = || match colour {

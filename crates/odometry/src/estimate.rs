@@ -263,20 +263,18 @@ impl VelocityEstimator {
         let status = self.status(solution, &twist, settled);
         let has_twist = status.has_pose();
         let variance = solution.variance * config.covariance.scale.powi(2);
+        let formal = solution
+            .spectrum
+            .covariance(&solution.normal, variance, limit, unseen);
         VelocityEstimate {
             status,
             twist: has_twist.then_some(twist),
-            covariance: has_twist.then(|| {
-                solution.spectrum.covariance(variance, limit, unseen)
-                    + covariance_floor(config, &twist, dt_s, solution.mean_range_m)
-            }),
+            covariance: has_twist
+                .then(|| formal + covariance_floor(config, &twist, dt_s, solution.mean_range_m)),
             score,
-            weak_directions: solution.spectrum.weak_directions(
-                config.weak_score,
-                variance,
-                limit,
-                unseen,
-            ),
+            weak_directions: solution
+                .spectrum
+                .weak_directions(&formal, config.weak_score, limit),
             known_share,
             domains: solution.domains,
             residual_scale: solution.scale,

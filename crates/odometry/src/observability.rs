@@ -56,64 +56,87 @@ impl Spectrum {
     }
 
     /// Solves `normal x = right`; along directions whose score is below `limit`, x is the prior's.
+    ///
+    /// `normal` may weigh the rows more sharply than the matrix of the spectrum does: the spectrum
+    /// says what can be seen through the noise, `normal` what was seen.
     pub(crate) fn solve(
         &self,
+        normal: &Matrix6<f64>,
         right: &Vector6<f64>,
         limit: f64,
         prior: &Vector6<f64>,
     ) -> Vector6<f64> {
-        let right = diagonal(1.0 / self.range_m) * right;
-        let prior = diagonal(self.range_m) * prior;
-        let mut scaled = Vector6::zeros();
-        for (i, (value, vector)) in self.values.iter().zip(&self.vectors).enumerate() {
-            let seen = self.score_of(i) >= limit && *value > 0.0;
-            scaled += vector
-                * if seen {
-                    vector.dot(&right) / value
-                } else {
-                    vector.dot(&prior)
-                };
+        let unscale = diagonal(1.0 / self.range_m);
+        let mut scaled = diagonal(self.range_m) * prior;
+        for vector in self.seen(limit) {
+            scaled -= vector * vector.dot(&scaled);
         }
-        diagonal(1.0 / self.range_m) * scaled
+        let left_over = unscale * (right - normal * (unscale * scaled));
+        unscale * (self.inverse_of_seen(normal, limit) * left_over + scaled)
     }
 
-    /// Covariance of the solution: `variance` over the eigenvalues, `unseen_std` squared along
-    /// directions below `limit`.
-    pub(crate) fn covariance(&self, variance: f64, limit: f64, unseen_std: f64) -> Matrix6<f64> {
-        let mut scaled = Matrix6::zeros();
-        for (i, vector) in self.vectors.iter().enumerate() {
-            let std = self.std_of(i, variance, limit, unseen_std);
-            scaled += vector * vector.transpose() * (std * std);
+    /// Covariance of the solution: `variance` over the normal matrix, and `unseen_std` squared
+    /// along directions below `limit`.
+    pub(crate) fn covariance(
+        &self,
+        normal: &Matrix6<f64>,
+        variance: f64,
+        limit: f64,
+        unseen_std: f64,
+    ) -> Matrix6<f64> {
+        let mut scaled = self.inverse_of_seen(normal, limit) * variance;
+        for vector in self.vectors.iter().take(6 - self.seen(limit).len()) {
+            scaled += vector * vector.transpose() * (unseen_std * unseen_std);
         }
         let unscale = diagonal(1.0 / self.range_m);
         unscale * scaled * unscale
     }
 
-    /// The directions whose score is below `weak`.
+    /// The directions that are determined: the last ones, as the eigenvalues increase.
+    fn seen(&self, limit: f64) -> &[Vector6<f64>] {
+        let unseen = (0..6).take_while(|&i| self.score_of(i) < limit || self.values[i] <= 0.0);
+        &self.vectors[unseen.count()..]
+    }
+
+    /// Inverse of the scaled normal matrix within the directions that are determined, zero beyond.
+    fn inverse_of_seen(&self, normal: &Matrix6<f64>, limit: f64) -> Matrix6<f64> {
+        let unscale = diagonal(1.0 / self.range_m);
+        let normal = unscale * normal * unscale;
+        let seen = self.seen(limit);
+        // Unit entries stand in for the directions left out, so that the matrix stays 6x6.
+        let mut within = Matrix6::identity();
+        let mut basis = Matrix6::zeros();
+        for (i, a) in seen.iter().enumerate() {
+            basis.set_column(i, a);
+            for (j, b) in seen.iter().enumerate() {
+                within[(i, j)] = a.dot(&(normal * b));
+            }
+        }
+        match within.cholesky() {
+            Some(factor) => basis * factor.inverse() * basis.transpose(),
+            None => Matrix6::repeat(f64::NAN), // no solution: the caller looks for finite numbers
+        }
+    }
+
+    /// The directions whose score is below `weak`, with their standard deviation in `covariance`.
     pub(crate) fn weak_directions(
         &self,
+        covariance: &Matrix6<f64>,
         weak: f64,
-        variance: f64,
         limit: f64,
-        unseen_std: f64,
     ) -> Vec<WeakDirection> {
+        let scale = diagonal(self.range_m);
+        let scaled = scale * covariance * scale;
+        let seen = self.seen(limit).len();
         (0..6)
             .filter(|&i| self.score_of(i) < weak.max(limit))
             .map(|i| WeakDirection {
                 direction: diagonal(1.0 / self.range_m) * self.vectors[i],
-                std_m_s: self.std_of(i, variance, limit, unseen_std),
+                std_m_s: self.vectors[i].dot(&(scaled * self.vectors[i])).sqrt(),
                 score: self.score_of(i),
-                estimated: self.score_of(i) >= limit,
+                estimated: i >= 6 - seen,
             })
             .collect()
-    }
-
-    fn std_of(&self, i: usize, variance: f64, limit: f64, unseen_std: f64) -> f64 {
-        if self.score_of(i) >= limit && self.values[i] > 0.0 {
-            (variance / self.values[i]).sqrt()
-        } else {
-            unseen_std
-        }
     }
 }
 
@@ -127,14 +150,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn spectrum_solves_sharper_equations_within_what_is_seen() {
+        let a = Matrix6::from_fn(|i, j| ((3 * i + 5 * j * j + i * j) as f64).sin());
+        let sharp = a * a.transpose() + Matrix6::identity() * 0.5;
+        let seen = Matrix6::from_diagonal(&Vector6::new(1.0, 1.0, 1.0, 1.0, 1.0, 0.0));
+        let prior = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.7);
+        let x = Vector6::new(0.1, -0.2, 0.3, 1.0, 2.0, 0.7);
+        let found = Spectrum::new(&seen, 2.5).solve(&sharp, &(sharp * x), 0.1, &prior);
+        assert!((found - x).norm() < 1e-12, "{found}");
+    }
+
+    #[test]
     fn spectrum_solves_the_normal_equations() {
         let a = Matrix6::from_fn(|i, j| ((3 * i + 5 * j * j + i * j) as f64).sin());
         let normal = a * a.transpose() + Matrix6::identity() * 0.5;
         let x = Vector6::new(0.1, -0.2, 0.3, 1.0, 2.0, -1.5);
         let spectrum = Spectrum::new(&normal, 2.5);
-        let found = spectrum.solve(&(normal * x), 0.0, &Vector6::zeros());
+        let found = spectrum.solve(&normal, &(normal * x), 0.0, &Vector6::zeros());
         assert!((found - x).norm() < 1e-12, "{found}");
-        let covariance = spectrum.covariance(2.0, 0.0, 1.0);
+        let covariance = spectrum.covariance(&normal, 2.0, 0.0, 1.0);
         let identity = covariance * normal / 2.0;
         assert!(
             (identity - Matrix6::identity()).norm() < 1e-10,
@@ -147,12 +181,14 @@ mod tests {
         let normal = Matrix6::from_diagonal(&Vector6::new(1.0, 1.0, 0.0, 1.0, 1.0, 1.0));
         let spectrum = Spectrum::new(&normal, 2.0);
         let prior = Vector6::repeat(7.0);
-        let found = spectrum.solve(&Vector6::new(1.0, 2.0, 0.0, 4.0, 5.0, 6.0), 0.01, &prior);
+        let right = Vector6::new(1.0, 2.0, 0.0, 4.0, 5.0, 6.0);
+        let found = spectrum.solve(&normal, &right, 0.01, &prior);
         assert!(
             (found - Vector6::new(1.0, 2.0, 7.0, 4.0, 5.0, 6.0)).norm() < 1e-12,
             "{found}"
         );
-        let weak = spectrum.weak_directions(0.05, 1.0, 0.01, 3.0);
+        let covariance = spectrum.covariance(&normal, 1.0, 0.01, 3.0);
+        let weak = spectrum.weak_directions(&covariance, 0.05, 0.01);
         assert_eq!(
             (weak.len(), weak[0].estimated, weak[0].std_m_s),
             (1, false, 3.0)

@@ -12,6 +12,10 @@ const CAUCHY: f64 = 2.385;
 const SIGMA_PER_MAD: f64 = 1.4826;
 /// Exact data must not turn rounding errors into outliers: smallest scale in units of the noise.
 const SMALLEST_SCALE: f64 = 1e-4;
+/// On depth without noise the domains of the largest plane fit exactly and would alone have a
+/// weight, but a plane determines three of the six velocities only: every domain keeps this share
+/// of the weight that it has at the level of the noise. Small, as creases bias their domains.
+const LEAST_SHARE: f64 = 1e-3;
 
 /// A fit within this many times the noise is not tried again from samples.
 const RESTART_SCALE: f64 = 1.0;
@@ -35,8 +39,10 @@ pub(crate) struct Row {
 #[derive(Clone, Debug)]
 pub(crate) struct Solution {
     pub(crate) twist: Vector6<f64>,
-    /// Spectrum of the weighted normal matrix.
+    /// What the domains let see through the noise.
     pub(crate) spectrum: Spectrum,
+    /// Weighted normal matrix.
+    pub(crate) normal: Matrix6<f64>,
     /// Variance of a residual, weighted: the normal matrix over it is the information.
     pub(crate) variance: f64,
     /// Robust residual in units of the expected noise.
@@ -46,6 +52,13 @@ pub(crate) struct Solution {
     pub(crate) domains: usize,
     /// Mean range of the scene, metres.
     pub(crate) mean_range_m: f64,
+}
+
+/// One solve of the normal equations.
+struct Step {
+    twist: Vector6<f64>,
+    spectrum: Spectrum,
+    normal: Matrix6<f64>,
 }
 
 /// Room for the rows and residuals, kept between calls.
@@ -89,7 +102,7 @@ impl RobustSolver {
     /// drags plain least squares into a wrong minimum. Directions that the domains do not determine
     /// take their value from `prior`.
     pub(crate) fn solve(&mut self, config: &Config, dt_s: f64, prior: &Vector6<f64>) -> Solution {
-        let (start, _) = self.weighted(config, prior, |_| 1.0);
+        let start = self.weighted(config, prior, |_| (1.0, 1.0)).twist;
         let found = self.solve_from(config, dt_s, prior, start);
         if found.scale <= RESTART_SCALE {
             return found;
@@ -113,13 +126,20 @@ impl RobustSolver {
     ) -> Solution {
         let noise = config.domain_noise / dt_s;
         let mut twist = start;
-        let mut spectrum = None;
+        let mut step = None;
         for _ in 0..config.sweeps {
             let scale = self.scale(&twist).max(SMALLEST_SCALE * noise);
             let previous = twist;
-            let (next, seen) = self.weighted(config, prior, |row| cauchy(row, &previous, scale));
-            (twist, spectrum) = (next, Some(seen));
+            // What is observable is judged at the level of the noise: on data without noise the
+            // scale is tiny, and a few domains that happen to fit exactly would seem to be all.
+            let found = self.weighted(config, prior, |row| {
+                let blunt = cauchy(row, &previous, scale.max(noise));
+                (cauchy(row, &previous, scale) + LEAST_SHARE * blunt, blunt)
+            });
+            twist = found.twist;
+            step = Some(found);
         }
+        let step = step.unwrap_or_else(|| self.weighted(config, prior, |_| (1.0, 1.0)));
         let sigma = self.scale(&twist);
         let scale = sigma.max(SMALLEST_SCALE * noise);
         let squares: f64 = self
@@ -130,7 +150,8 @@ impl RobustSolver {
         let freedom = self.rows.len().saturating_sub(6).max(1) as f64;
         Solution {
             twist,
-            spectrum: spectrum.unwrap_or_else(|| self.weighted(config, prior, |_| 1.0).1),
+            spectrum: step.spectrum,
+            normal: step.normal,
             variance: (squares / freedom).max((SMALLEST_SCALE * noise).powi(2)),
             scale: sigma / noise,
             scale_at_rest: self.scale(&Vector6::zeros()) / noise,
@@ -157,7 +178,12 @@ impl RobustSolver {
                 right += row.coefficients * row.rate;
             }
             let spectrum = Spectrum::new(&normal, self.mean_range_m);
-            let twist = spectrum.solve(&right, SAMPLE_SCORE * config.unobservable_score, prior);
+            let twist = spectrum.solve(
+                &normal,
+                &right,
+                SAMPLE_SCORE * config.unobservable_score,
+                prior,
+            );
             let scale = self.scale(&twist);
             if scale < best.0 {
                 best = (scale, twist);
@@ -166,22 +192,29 @@ impl RobustSolver {
         best.1
     }
 
+    /// One solve; `weights` of a row: in the equations, and in the judgement of what is observable.
     fn weighted(
         &self,
         config: &Config,
         prior: &Vector6<f64>,
-        weight: impl Fn(&Row) -> f64,
-    ) -> (Vector6<f64>, Spectrum) {
+        weights: impl Fn(&Row) -> (f64, f64),
+    ) -> Step {
         let mut normal = Matrix6::zeros();
+        let mut seen = Matrix6::zeros();
         let mut right = Vector6::zeros();
         for row in &self.rows {
-            let weighted = row.coefficients * weight(row);
-            normal += weighted * row.coefficients.transpose();
-            right += weighted * row.rate;
+            let (sharp, blunt) = weights(row);
+            let square = row.coefficients * row.coefficients.transpose();
+            normal += square * sharp;
+            seen += square * blunt;
+            right += row.coefficients * (sharp * row.rate);
         }
-        let spectrum = Spectrum::new(&normal, self.mean_range_m);
-        let twist = spectrum.solve(&right, config.unobservable_score, prior);
-        (twist, spectrum)
+        let spectrum = Spectrum::new(&seen, self.mean_range_m);
+        Step {
+            twist: spectrum.solve(&normal, &right, config.unobservable_score, prior),
+            spectrum,
+            normal,
+        }
     }
 
     /// Robust standard deviation of the residuals.

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sphereflow_core::{DepthMap, Plane, Stamp};
+use sphereflow_core::{Plane, Stamp};
 
 /// `value` as a C-contiguous array of `dtype`, without a copy where it already is one.
 /// Only element kinds in `kinds` (NumPy's letters) are converted.
@@ -93,17 +93,7 @@ pub fn stamps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Stamp>> {
         .collect())
 }
 
-/// A depth image `(H, W)` in metres, z along the optical axis; anything not finite and positive is
-/// unknown. Integers are refused: they are raw counts, not metres.
-pub fn depth(
-    value: &Bound<'_, PyAny>,
-    name: &str,
-    size: Option<(usize, usize)>,
-) -> PyResult<DepthMap> {
-    Ok(DepthMap::new(metres(value, name, size)?))
-}
-
-/// An `(H, W)` float image of metres, unchecked values.
+/// A depth or range image `(H, W)` in metres. Integers are refused: they are raw counts, not metres.
 pub fn metres(
     value: &Bound<'_, PyAny>,
     name: &str,

@@ -10,6 +10,13 @@ use sphereflow_sphere::Camera;
 use std::collections::BTreeMap;
 
 /// A central camera: a model and the size of its image.
+///
+/// Made by one constructor a model (`pinhole`, `opencv`, `inverse_polynomial`, `fov`,
+/// `kannala_brandt`, `unified`, `double_sphere`, `equirectangular`) or by `from_parameters`. Focal
+/// lengths and principal point are in pixels, distortion is without unit. The camera frame is x right,
+/// y down, z forward; pixel centres lie at integers, so the image spans [-0.5, W-0.5] x [-0.5, H-0.5].
+///
+/// Every constructor raises `ValueRangeError` naming the parameter that is NaN or out of its domain.
 #[pyclass(name = "Camera", module = "sphereflow", frozen, eq)]
 #[derive(Clone, PartialEq)]
 pub struct PyCamera(pub Camera);
@@ -227,7 +234,23 @@ impl PyCamera {
         self.0.height()
     }
 
-    /// Pixels that see the points, NaN where not visible. (N, 3) -> (N, 2).
+    /// Pixels that see points.
+    ///
+    /// Parameters
+    /// ----------
+    /// points_in_camera : array_like, (N, 3)
+    ///     Points in the camera frame, any unit of length.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (N, 2)
+    ///     Pixel (column, row); NaN where the point is behind the camera, outside the model's domain or
+    ///     outside the image.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, DtypeError
+    ///     Naming `points_in_camera`.
     fn project<'py>(
         &self,
         py: Python<'py>,
@@ -241,7 +264,22 @@ impl PyCamera {
         PyArray1::from_iter(py, flat).reshape([points.len(), 2])
     }
 
-    /// Unit rays of pixels, NaN where the model has none. (N, 2) -> (N, 3).
+    /// Unit rays of pixels: the inverse of `project`, up to the length.
+    ///
+    /// Parameters
+    /// ----------
+    /// pixels : array_like, (N, 2)
+    ///     Column and row; they may lie outside the image.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (N, 3)
+    ///     Unit vectors in the camera frame; NaN where the model has no ray.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, DtypeError
+    ///     Naming `pixels`.
     fn unproject<'py>(
         &self,
         py: Python<'py>,

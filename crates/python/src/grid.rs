@@ -8,7 +8,19 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_sphere::SphereGrid;
 
-/// A camera sampled on its pixels: rays, solid angles, and gradient, divergence, Laplacian.
+/// A camera sampled on its pixels: rays, solid angles, and the calculus of the unit sphere.
+///
+/// A pixel is the spherical polygon between its corner rays, so the solid angles of a 360-degree image
+/// add up to 4 pi, and the sum of divergence times solid angle over any set of pixels is the flux
+/// through its border (Gauss), both to rounding. The operators are of second order for every camera
+/// model; beside the poles of a 360-degree image divergence and Laplacian are the means over the pixel,
+/// which differ from the values at its centre in first order. At the image border one-sided values are
+/// extrapolated. A NaN pixel spreads to its neighbours only (up to three pixels beside a border).
+///
+/// Parameters
+/// ----------
+/// camera : Camera
+///     Any model. A pixel whose centre or corners have no ray is NaN in every result.
 #[pyclass(name = "SphereGrid", module = "sphereflow", frozen)]
 pub struct PySphereGrid(SphereGrid);
 
@@ -71,7 +83,17 @@ impl PySphereGrid {
         self.scalar_array(py, self.0.solid_angle().to_vec())
     }
 
-    /// Gradient of a scalar field, tangent vectors per radian: (H, W) -> (H, W, 3).
+    /// Gradient of a scalar field.
+    ///
+    /// Parameters
+    /// ----------
+    /// f : array_like, (H, W)
+    ///     One value a pixel; NaN is unknown.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (H, W, 3)
+    ///     Tangent vectors in the camera frame, unit of `f` per radian.
     fn gradient<'py>(
         &self,
         py: Python<'py>,
@@ -82,7 +104,17 @@ impl PySphereGrid {
         self.vector_array(py, &gradient)
     }
 
-    /// Divergence of a tangent field: (H, W, 3) -> (H, W).
+    /// Divergence of a tangent field.
+    ///
+    /// Parameters
+    /// ----------
+    /// u : array_like, (H, W, 3)
+    ///     Tangent vectors in the camera frame; NaN is unknown.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (H, W)
+    ///     Unit of `u` per radian.
     fn divergence<'py>(
         &self,
         py: Python<'py>,
@@ -99,7 +131,17 @@ impl PySphereGrid {
         self.scalar_array(py, divergence)
     }
 
-    /// Laplacian (Laplace-Beltrami) of a scalar field: (H, W) -> (H, W).
+    /// Laplacian (Laplace-Beltrami) of a scalar field: the operator of the thesis's (2.16).
+    ///
+    /// Parameters
+    /// ----------
+    /// f : array_like, (H, W)
+    ///     One value a pixel; NaN is unknown.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (H, W)
+    ///     Unit of `f` per square radian.
     fn laplacian<'py>(
         &self,
         py: Python<'py>,

@@ -173,7 +173,36 @@ fn config(method: &str, warps: Option<usize>, domains: Option<usize>) -> PyResul
     })
 }
 
-/// Velocity between two depth images of one camera.
+/// Velocity of a camera from two of its depth images: the geometric flow of Chapter 6.
+///
+/// Parameters
+/// ----------
+/// camera : Camera
+///     The depth camera, any model.
+/// depth0_m, depth1_m : array_like of float, (H, W)
+///     Metres; NaN, zero or negative is unknown. Integers are refused: raw counts are not metres.
+/// dt_s : float
+///     Seconds from the first to the second image.
+/// method : {'single'}
+///     One robust solve, then `warps` more on the second image warped by the estimate.
+/// along : {'axis', 'ray'}
+///     What the images hold: depth along the optical axis, or range along the ray (360 degrees).
+/// warps : int, optional
+///     Further solves; 2 where absent.
+/// domains : int, optional
+///     Number of domains; 500 where absent.
+///
+/// Returns
+/// -------
+/// VelocityEstimate
+///     Velocities in the body frame of the first image, constant over the interval:
+///     `log(first_from_second) / dt_s`; covariance; status with reason. Images that cannot be used are
+///     a status, not an error.
+///
+/// Raises
+/// ------
+/// ShapeError, DtypeError, ValueRangeError
+///     Naming the argument.
 #[pyfunction]
 #[pyo3(
     name = "estimate_velocity",
@@ -310,6 +339,16 @@ impl PyOdometryResult {
 }
 
 /// Poses of a moving depth camera, one frame at a time.
+///
+/// The world is the camera frame of the first frame. Each frame is measured against the one before;
+/// drift grows with time. Results are the same for any number of threads.
+///
+/// Parameters
+/// ----------
+/// camera : Camera
+///     The depth camera, any model.
+/// method, along, warps, domains
+///     As in `estimate_velocity`.
 #[pyclass(name = "DepthOdometry", module = "sphereflow.odometry")]
 pub struct PyDepthOdometry {
     odometry: DepthOdometry,
@@ -346,7 +385,25 @@ impl PyDepthOdometry {
         self.camera.clone()
     }
 
-    /// The next frame; None where it has no depth image.
+    /// The next frame.
+    ///
+    /// Parameters
+    /// ----------
+    /// depth_m : array_like of float, (H, W), or None
+    ///     Metres, NaN or zero unknown; None where the frame has no depth image.
+    /// stamp_ns : int
+    ///     Nanoseconds. A stamp that does not increase is skipped, with a reason.
+    ///
+    /// Returns
+    /// -------
+    /// OdometryResult
+    ///     `status` is 'started', 'tracked', 'weak', 'lost' or 'skipped', `reason` says why, and only where
+    ///     `has_pose` is true was the pose measured; a lost frame's pose is predicted.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, DtypeError
+    ///     Naming `depth_m`; the odometry is as before.
     fn push(
         &mut self,
         py: Python<'_>,

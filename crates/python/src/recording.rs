@@ -1,6 +1,6 @@
 //! `open_recording`, `Recording` and its frames.
 
-use crate::arrays::depth;
+use crate::arrays::metres;
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, io_error};
 use crate::trajectory::PyTrajectory;
@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sphereflow_core::{ImuSample, MagSample, RgbdFrame, Stamp};
+use sphereflow_core::{DepthMap, ImuSample, MagSample, Plane, RangeMap, RgbdFrame, Stamp};
 use sphereflow_io::recording::FrameStream;
 use sphereflow_io::{Calibration, OpenOptions, Recording, RecordingWriter, open_recording};
 use std::path::PathBuf;
@@ -20,6 +20,7 @@ pub struct PyFrame {
     stamp_ns: i64,
     colour: Option<Py<PyArray3<u8>>>,
     depth_m: Option<Py<PyArray2<f32>>>,
+    range_m: Option<Py<PyArray2<f32>>>,
     imu_count: usize,
 }
 
@@ -33,17 +34,19 @@ impl PyFrame {
                 .reshape([height, width, 3])
                 .map(Bound::unbind)
         });
-        let depth_m = frame.depth.map(|map| {
-            let (width, height) = map.size();
-            let flat = map.into_plane().into_vec();
-            PyArray1::from_vec(py, flat)
+        let metres = |plane: Plane<f32>| {
+            let (width, height) = plane.size();
+            PyArray1::from_vec(py, plane.into_vec())
                 .reshape([height, width])
                 .map(Bound::unbind)
-        });
+        };
+        let depth_m = frame.depth.map(|map| metres(map.into_plane()));
+        let range_m = frame.range.map(|map| metres(map.into_plane()));
         Ok(Self {
             stamp_ns: frame.stamp.ns(),
             colour: colour.transpose()?,
             depth_m: depth_m.transpose()?,
+            range_m: range_m.transpose()?,
             imu_count: frame.imu.len(),
         })
     }
@@ -69,13 +72,20 @@ impl PyFrame {
         self.depth_m.as_ref().map(|array| array.clone_ref(py))
     }
 
+    /// Range along the ray, metres, float32 (H, W), NaN unknown: what a 360-degree camera has
+    /// instead of depth; None for other cameras.
+    #[getter]
+    fn range_m(&self, py: Python<'_>) -> Option<Py<PyArray2<f32>>> {
+        self.range_m.as_ref().map(|array| array.clone_ref(py))
+    }
+
     fn __repr__(&self) -> String {
         let has = |there: bool| if there { "yes" } else { "no" };
         format!(
             "Frame({} s, colour: {}, depth: {}, {} inertial samples)",
             Stamp::from_ns(self.stamp_ns),
             has(self.colour.is_some()),
-            has(self.depth_m.is_some()),
+            has(self.depth_m.is_some() || self.range_m.is_some()),
             self.imu_count
         )
     }
@@ -288,6 +298,29 @@ impl PyRecording {
 }
 
 /// Open a recording, guessing its kind from the files in it.
+///
+/// Parameters
+/// ----------
+/// path : path
+///     A TUM RGB-D, 7-Scenes or EuRoC (inertial only) folder, or one of sphereflow's own.
+/// calibration : path, optional
+///     Calibration file (TOML) instead of the one that would be found.
+/// depth_scale : float, optional
+///     Counts of the depth images per metre, instead of the calibration's.
+/// sync_tolerance_s : float, optional
+///     Largest difference between depth and colour stamps; half a frame where absent.
+///
+/// Returns
+/// -------
+/// Recording
+///     Its `warnings` say what was passed over, `calibration_source` which calibration is used.
+///
+/// Raises
+/// ------
+/// DataError
+///     With path, line, what was expected and found; also where the depth scale cannot be right.
+/// MissingFileError
+///     Where there is no such folder.
 #[pyfunction]
 #[pyo3(
     name = "open_recording",
@@ -313,10 +346,22 @@ pub fn py_open_recording(
 }
 
 /// Writes your own frames as a recording that `open_recording` reads back.
+///
+/// Until `finish` the folder is called `<path>.partial`.
+///
+/// Parameters
+/// ----------
+/// path : path
+///     A folder that does not exist or is empty.
+/// camera : Camera
+///     The camera of depth and colour.
+/// depth_scale : float
+///     Counts per metre of the stored 16-bit depth images.
 #[pyclass(name = "RecordingWriter", module = "sphereflow.io")]
 pub struct PyRecordingWriter {
     writer: Option<RecordingWriter>,
     size: (usize, usize),
+    all_around: bool,
 }
 
 #[pymethods]
@@ -328,10 +373,12 @@ impl PyRecordingWriter {
         Ok(Self {
             writer: Some(RecordingWriter::create(&path, calibration).into_python()?),
             size: (camera.0.width(), camera.0.height()),
+            all_around: camera.0.wraps_around(),
         })
     }
 
-    /// Add a frame.
+    /// Add a frame: depth along the optical axis (range along the ray for a 360-degree camera) in
+    /// metres, (H, W), and RGB, (H, W, 3).
     #[pyo3(signature = (depth_m, stamp_ns, *, colour = None))]
     fn push(
         &mut self,
@@ -340,9 +387,16 @@ impl PyRecordingWriter {
         stamp_ns: i64,
         colour: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
+        let plane = metres(depth_m, "depth_m", Some(self.size))?;
+        let (depth, range) = if self.all_around {
+            (None, Some(RangeMap::new(plane)))
+        } else {
+            (Some(DepthMap::new(plane)), None)
+        };
         let frame = RgbdFrame {
             stamp: Stamp::from_ns(stamp_ns),
-            depth: Some(depth(depth_m, "depth_m", Some(self.size))?),
+            depth,
+            range,
             colour: colour
                 .map(|image| crate::arrays::colour(image, "colour", Some(self.size)))
                 .transpose()?,

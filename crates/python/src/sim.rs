@@ -73,6 +73,18 @@ impl PySimulatedFrame {
             .transpose()
     }
 
+    /// Range along the ray with the camera's noise, metres, float32 (H, W): what a 360-degree camera
+    /// has instead of depth; None for other cameras.
+    #[getter]
+    fn range_m<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        self.0
+            .frame
+            .range
+            .as_ref()
+            .map(|map| image(py, map.metres()))
+            .transpose()
+    }
+
     /// Exact depth along the optical axis, metres, float32 (H, W).
     #[getter]
     fn exact_depth_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
@@ -133,6 +145,33 @@ impl PySimulatedFrames {
 const AHEAD: usize = 2;
 
 /// A simulated recording: it has what a recording has, and exact truth.
+///
+/// Parameters
+/// ----------
+/// scene : {'furnished_room', 'thesis_room', 'ellipsoid', 'sphere'}
+///     The world; the thesis's is that of its section 4.1.1.
+/// motion : {'room_tour', 'hand_held', 'trolley', 'sinusoids_411', 'still'}
+///     How the camera moves.
+/// camera : Camera, optional
+///     Any model; a 640x480 pinhole of 525 px where absent.
+/// duration_s, rate_hz : float
+///     Length (the motion's own where absent) and frames per second.
+/// seed : int
+///     Decides furniture, path and all noise: same seed, same bits.
+/// depth_noise : {'kinect', 'independent', 'none'}
+///     Structured light with correlated noise, steps, holes, shadow and distortion; each pixel for
+///     itself; perfect.
+/// image_sigma_grey : float
+///     Noise of the colour image, grey levels.
+/// readout_s : float
+///     Rolling shutter: seconds from the first row to the last; 0 for a global shutter.
+/// imu : bool
+///     Simulate gyro and accelerometer.
+///
+/// Raises
+/// ------
+/// ValueRangeError
+///     Naming the argument.
 #[pyclass(name = "Simulator", module = "sphereflow.sim", frozen)]
 pub struct PySimulator {
     simulator: Arc<Simulator>,

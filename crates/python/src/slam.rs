@@ -37,7 +37,29 @@ impl PyVoxelCloud {
         VoxelCloud::new(voxel_m, max_points).into_python().map(Self)
     }
 
-    /// Add every `stride`-th pixel of every `stride`-th row; returns the number of points added.
+    /// Add a depth image.
+    ///
+    /// Parameters
+    /// ----------
+    /// depth_m : array_like of float, (H, W)
+    ///     Metres, NaN unknown.
+    /// colour : array_like of uint8, (H, W, 3), or None
+    ///     RGB of the same pixels.
+    /// camera : Camera
+    ///     The camera of the image.
+    /// world_from_camera : array_like, (4, 4)
+    ///     Its pose.
+    /// stride : int
+    ///     Take every `stride`-th pixel of every `stride`-th row.
+    /// max_range_m : float
+    ///     Leave out points further than this along the ray.
+    /// along : {'axis', 'ray'}
+    ///     What `depth_m` holds.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Number of points added.
     #[pyo3(signature = (depth_m, colour, camera, world_from_camera, *, stride = 4,
         max_range_m = 5.0, along = "axis"))]
     #[allow(clippy::too_many_arguments)]

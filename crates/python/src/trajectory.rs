@@ -5,10 +5,26 @@ use crate::errors::{IntoPython, Kind, exception};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_core::{Pose, Stamp, Trajectory, associate as associate_stamps};
-use sphereflow_io::trajectory::{TrajectoryFormat, read_trajectory, write_trajectory};
+use sphereflow_io::trajectory::{
+    TrajectoryFormat, read_trajectory, read_trajectory_lenient, write_trajectory,
+};
 use std::path::PathBuf;
 
 /// Poses at strictly increasing stamps.
+///
+/// Parameters
+/// ----------
+/// stamp_ns : array_like of int, (N,)
+///     Nanoseconds, strictly increasing. Floats are refused: they cannot hold a Unix time.
+/// position_m : array_like, (N, 3)
+///     Origin of the moving frame in the world, metres.
+/// quat_xyzw : array_like, (N, 4)
+///     Rotation, world from moving frame, unit quaternions in x, y, z, w order.
+///
+/// Raises
+/// ------
+/// ShapeError, DtypeError, ValueRangeError, TimeOrderError
+///     Naming the argument, and the index where there is one.
 #[pyclass(name = "Trajectory", module = "sphereflow", frozen)]
 pub struct PyTrajectory(pub Trajectory);
 
@@ -39,6 +55,21 @@ impl PyTrajectory {
     }
 
     /// Read a trajectory file.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path
+    ///     The file.
+    /// format : {'tum', 'kitti', 'euroc'}, optional
+    ///     Guessed from the first row where absent. KITTI has no time: stamps are row numbers in seconds.
+    ///
+    /// Raises
+    /// ------
+    /// DataError
+    ///     With path, line, what was expected and what was found; also where stamps do not increase (see
+    ///     `read_lenient`).
+    /// MissingFileError
+    ///     Where there is no such file.
     #[staticmethod]
     #[pyo3(signature = (path, *, format = None))]
     fn read(py: Python<'_>, path: PathBuf, format: Option<&str>) -> PyResult<Self> {
@@ -48,7 +79,37 @@ impl PyTrajectory {
             .map(Self)
     }
 
-    /// Write a trajectory file, beside and then renamed.
+    /// Read a trajectory file, leaving out rows whose stamp repeats or precedes the row before;
+    /// returns the trajectory and what was left out, in words.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, format = None))]
+    fn read_lenient(
+        py: Python<'_>,
+        path: PathBuf,
+        format: Option<&str>,
+    ) -> PyResult<(Self, Vec<String>)> {
+        let format = format.map(trajectory_format).transpose()?;
+        let read = py.detach(|| read_trajectory_lenient(&path, format));
+        let (trajectory, warnings) = read.into_python()?;
+        let warnings = warnings
+            .as_slice()
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        Ok((Self(trajectory), warnings))
+    }
+
+    /// Write a trajectory file; it gets its name only when it is complete.
+    ///
+    /// TUM and EuRoC files give back every bit: time is written with nine decimals from the integer, other
+    /// numbers with the fewest digits that read back as the same float.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path
+    ///     The file.
+    /// format : {'tum', 'kitti', 'euroc'}, optional
+    ///     TUM where absent.
     #[pyo3(signature = (path, *, format = None))]
     fn write(&self, py: Python<'_>, path: PathBuf, format: Option<&str>) -> PyResult<()> {
         let format = format.map_or(Ok(TrajectoryFormat::Tum), trajectory_format)?;
@@ -125,7 +186,22 @@ pub fn pose_from(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Pose> {
     Pose::from_matrix(&matrix).map_err(|e| exception(Kind::Value, format!("{name}: {e}")))
 }
 
-/// Pairs of the nearest stamps, at most `max_difference_s` apart, (K, 2).
+/// Pairs of the nearest stamps.
+///
+/// Each stamp of the shorter list takes the nearest of the longer one, which may serve twice: the rule
+/// of evo.
+///
+/// Parameters
+/// ----------
+/// stamp_ns_a, stamp_ns_b : array_like of int, (N,), (M,)
+///     Increasing nanoseconds.
+/// max_difference_s : float
+///     Pairs further apart than this are left out.
+///
+/// Returns
+/// -------
+/// ndarray of int, (K, 2)
+///     Indices into `stamp_ns_a` and `stamp_ns_b`.
 #[pyfunction]
 #[pyo3(signature = (stamp_ns_a, stamp_ns_b, max_difference_s))]
 pub fn associate<'py>(

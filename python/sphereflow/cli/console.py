@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import sphereflow
+from sphereflow.report import finite
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -76,7 +77,7 @@ def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
 
 def print_json(values: Mapping[str, Any]) -> None:
     """Values as JSON on standard output."""
-    typer.echo(json.dumps(values, indent=2, ensure_ascii=False))
+    typer.echo(json.dumps(finite(values), indent=2, allow_nan=False, ensure_ascii=False))
 
 
 def print_rows(rows: list[tuple[str, str]]) -> None:

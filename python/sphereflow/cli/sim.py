@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +16,36 @@ EXAMPLES = """[bold]Examples[/bold]
 
   sphereflow sim --out short --duration 2 --rate 15
 
-  sphereflow run room --out result"""
+  sphereflow run room --out result
+
+  sphereflow sim --out paint --scene thesis_room --motion sinusoids_411 --rate 60"""
+
+
+class Scene(StrEnum):
+    """Worlds."""
+
+    FURNISHED_ROOM = "furnished_room"
+    THESIS_ROOM = "thesis_room"
+    ELLIPSOID = "ellipsoid"
+    SPHERE = "sphere"
+
+
+class Motion(StrEnum):
+    """Paths of the camera."""
+
+    ROOM_TOUR = "room_tour"
+    HAND_HELD = "hand_held"
+    TROLLEY = "trolley"
+    SINUSOIDS_411 = "sinusoids_411"
+    STILL = "still"
+
+
+class DepthNoise(StrEnum):
+    """Faults of the depth camera."""
+
+    KINECT = "kinect"
+    INDEPENDENT = "independent"
+    NONE = "none"
 
 
 def register(app: typer.Typer) -> None:
@@ -31,6 +61,15 @@ def sim(
         float | None, typer.Option(help="Seconds to simulate; a whole tour if not given.")
     ] = None,
     rate: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
+    scene: Annotated[Scene, typer.Option(help="The world.")] = Scene.FURNISHED_ROOM,
+    motion: Annotated[Motion, typer.Option(help="How the camera moves.")] = Motion.ROOM_TOUR,
+    depth_noise: Annotated[
+        DepthNoise, typer.Option(help="What the depth camera adds.")
+    ] = DepthNoise.KINECT,
+    image_sigma: Annotated[float, typer.Option(help="Noise of the image, grey levels.")] = 2.0,
+    readout: Annotated[
+        float, typer.Option(help="Rolling shutter: seconds from first to last row; 0 for none.")
+    ] = 0.0,
 ) -> None:
     """Simulate a depth camera and its inertial sensors in a room, and write the recording.
 
@@ -39,7 +78,16 @@ def sim(
     """
     from sphereflow.sim import Simulator
 
-    recording = Simulator(seed=seed, duration_s=duration, rate_hz=rate)
+    recording = Simulator(
+        scene=scene.value,
+        motion=motion.value,
+        depth_noise=depth_noise.value,
+        image_sigma_grey=image_sigma,
+        readout_s=readout,
+        seed=seed,
+        duration_s=duration,
+        rate_hz=rate,
+    )
     with progress_bar("simulating") as progress:
         recording.write(out, progress=progress)
     print_rows([("frames", str(len(recording))), ("recording", str(out))])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import sphereflow
 from sphereflow.eval import TrajectoryLike, ape
 from sphereflow.eval.rotations import quat_xyzw_from_matrix
-from sphereflow.interfaces import CameraLike, FrameLike, MotionLike
+from sphereflow.interfaces import CameraLike, FrameLike, MotionLike, distances_of
 from sphereflow.journal import Journal
 from sphereflow.viz.layout import blueprint
 from sphereflow.viz.sdk import rerun
@@ -73,8 +73,9 @@ class RunRecorder:
         if frame.colour is not None:
             image = self._rr.Image(np.ascontiguousarray(frame.colour[::step, ::step]))
             self._stream.log("world/camera/colour", image.compress(jpeg_quality=JPEG_QUALITY))
-        if frame.depth_m is not None:
-            millimetres = _millimetres(frame.depth_m[::step, ::step])
+        metres = distances_of(frame)
+        if metres is not None:
+            millimetres = _millimetres(metres[::step, ::step])
             self._stream.log("world/camera/depth", self._rr.DepthImage(millimetres, meter=1000.0))
 
     def cloud(self, index: int, stamp_ns: int, cloud: Any) -> None:

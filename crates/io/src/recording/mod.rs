@@ -19,7 +19,7 @@ pub(crate) use samples::{imu_table, mag_table};
 pub use stream::FrameStream;
 pub use sync::SyncStatistics;
 
-use crate::images::{depth_from_raw, read_colour, read_raw_depth};
+use crate::images::{depth_from_raw, range_from_raw, read_colour, read_raw_depth};
 use crate::{Calibration, Error, Result, Warnings};
 use nalgebra::Vector3;
 use sphereflow_core::{Error as CoreError, ImuSample, MagSample, RgbdFrame, Stamp, Trajectory};
@@ -199,11 +199,18 @@ impl Recording {
         if let (Some(colour), Some(path)) = (&colour, &files.colour) {
             check_size(path, size, colour.size())?;
         }
+        let scale = known.calibration.depth_scale;
+        let (depth, range) = if known.camera.wraps_around() {
+            (None, Some(range_from_raw(&raw, scale)?))
+        } else {
+            (Some(depth_from_raw(&raw, scale)?), None)
+        };
         let before = index.checked_sub(1).map(|previous| self.0.stamps[previous]);
         Ok(RgbdFrame {
             stamp,
             colour,
-            depth: Some(depth_from_raw(&raw, known.calibration.depth_scale)?),
+            depth,
+            range,
             imu: between(&self.0.imu, |sample| sample.stamp, before, stamp).to_vec(),
             mag: between(&self.0.mag, |sample| sample.stamp, before, stamp).to_vec(),
         })

@@ -43,6 +43,7 @@ pub fn frame(index: usize) -> RgbdFrame {
         stamp: stamp(index),
         colour: Some(colour),
         depth: Some(DepthMap::new(depth)),
+        range: None,
         imu: imu.to_vec(),
         mag: vec![mag],
     }

@@ -4,7 +4,7 @@ use super::Simulator;
 use crate::noise::NoiseWorkspace;
 use crate::sensors::{BodyMotion, Imu, ImuBias, Magnetometer};
 use crate::{MotionState, Rendered, Result};
-use sphereflow_core::{DepthMap, ImuSample, MagSample, Plane, RgbdFrame, Stamp};
+use sphereflow_core::{DepthMap, ImuSample, MagSample, Plane, RangeMap, RgbdFrame, Stamp};
 
 /// What the sensors say of one instant, and the truth beside it.
 #[derive(Clone, Debug)]
@@ -50,11 +50,17 @@ impl<'a> Frames<'a> {
         let simulator = self.simulator;
         let stamp = simulator.stamp(index);
         let exact = simulator.exact(stamp);
-        let (depth, colour) = self.corrupt(&exact, stamp, index as u64)?;
+        let (metres, colour) = self.corrupt(&exact, stamp, index as u64)?;
+        let (depth, range) = if simulator.config.camera.wraps_around() {
+            (None, Some(RangeMap::new(metres)))
+        } else {
+            (Some(DepthMap::new(metres)), None)
+        };
         let frame = RgbdFrame {
             stamp,
             colour: Some(colour),
-            depth: Some(depth),
+            depth,
+            range,
             imu: self.imu_until(stamp)?,
             mag: self.mag_until(stamp)?,
         };
@@ -66,29 +72,35 @@ impl<'a> Frames<'a> {
         })
     }
 
-    /// What the cameras make of the exact images. The two noises run beside each other: parts of
+    /// What the cameras make of the exact images: depth (range, where the camera sees all around)
+    /// in metres, and colour. The two noises run beside each other: parts of
     /// each are bound to one thread.
     fn corrupt(
         &mut self,
         exact: &Rendered,
         stamp: Stamp,
         index: u64,
-    ) -> Result<(DepthMap, Plane<[u8; 3]>)> {
+    ) -> Result<(Plane<f32>, Plane<[u8; 3]>)> {
         let (simulator, workspace) = (self.simulator, &mut self.workspace);
         let camera = &simulator.config.camera;
-        let noisy_depth = || -> Result<DepthMap> {
-            let mut depth = exact.depth.clone();
+        let noisy_metres = || -> Result<Plane<f32>> {
+            let mut depth = if camera.wraps_around() {
+                // The noise of a range is that of a depth: in the inverse of the distance.
+                DepthMap::new(exact.range.metres().clone())
+            } else {
+                exact.depth.clone()
+            };
             let noise = &simulator.depth_noise;
             noise.apply_in_place(&mut depth, camera, index, workspace)?;
-            Ok(depth)
+            Ok(depth.into_plane())
         };
         let noisy_colour = || {
             let mut colour = exact.colour.clone();
             simulator.image_noise.apply_rgb(&mut colour, stamp, index);
             colour
         };
-        let (depth, colour) = rayon::join(noisy_depth, noisy_colour);
-        Ok((depth?, colour))
+        let (metres, colour) = rayon::join(noisy_metres, noisy_colour);
+        Ok((metres?, colour))
     }
 
     /// The inertial samples that have not been given, up to a stamp.
