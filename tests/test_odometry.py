@@ -69,6 +69,8 @@ def test_odometry_says_what_became_of_each_frame() -> None:
     assert (repeated.status, backwards.status) == ("skipped", "skipped")
     assert (black.status, missing.status) == ("lost", "lost")
     assert all(result.reason for result in (repeated, backwards, black, missing))
+    assert repeated.has_pose
+    assert not backwards.has_pose
     assert not black.has_pose
     assert np.isnan(black.linear_m_s).all()
 

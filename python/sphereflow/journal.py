@@ -99,9 +99,14 @@ class Journal:
 
     @property
     def coverage(self) -> float:
-        """Share of the frames that have a pose; frames skipped on purpose are not asked for one."""
-        asked = sum(entry.status != "skipped" for entry in self.entries)
-        return float(self.has_pose.sum()) / asked if asked else 0.0
+        """Share of the frames that have a pose; frames skipped on purpose are not asked for one.
+
+        A repeated image is skipped too, but has the pose of the image that it repeats.
+        """
+        posed = self.has_pose
+        skipped = np.array([entry.status == "skipped" for entry in self.entries], dtype=bool)
+        asked = int((posed | ~skipped).sum())
+        return float(posed.sum()) / asked if asked else 0.0
 
     def trajectory(self) -> sphereflow.Trajectory | None:
         """Poses of the frames that have one, or None where none has."""

@@ -65,9 +65,13 @@ pub enum Reason {
 }
 
 impl TrackStatus {
-    /// True where the pose was measured or defined: such frames count as covered.
+    /// True where the pose was measured or defined: such frames count as covered. A repeated image
+    /// has the pose of the image that it repeats.
     pub fn has_pose(&self) -> bool {
-        matches!(self, Self::Started | Self::Tracked | Self::Weak(_))
+        matches!(
+            self,
+            Self::Started | Self::Tracked | Self::Weak(_) | Self::Skipped(Reason::DuplicateFrame)
+        )
     }
 
     /// `started`, `tracked`, `weak`, `lost` or `skipped`.

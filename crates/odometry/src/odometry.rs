@@ -135,6 +135,7 @@ impl DepthOdometry {
             return self.result(stamp, TrackStatus::Started, None);
         };
         if self.current_depth.same_as(&self.reference_depth) {
+            self.last_pose = reference.pose;
             return self.result(stamp, TrackStatus::Skipped(Reason::DuplicateFrame), None);
         }
         let dt_s = stamp.seconds_since(reference.stamp);

@@ -151,6 +151,7 @@ fn odometry_skips_duplicates_and_stamps_that_do_not_increase() {
         TrackStatus::Skipped(Reason::DuplicateFrame)
     );
     assert_near(&duplicate.world_from_camera, &pose_at(1));
+    assert!(duplicate.status.has_pose(), "the same image, the same pose");
     let late = push(&mut odometry, &view(2), 2);
     assert_eq!(
         late.status,

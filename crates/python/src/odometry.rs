@@ -398,7 +398,8 @@ impl PyDepthOdometry {
     /// -------
     /// OdometryResult
     ///     `status` is 'started', 'tracked', 'weak', 'lost' or 'skipped', `reason` says why, and only where
-    ///     `has_pose` is true was the pose measured; a lost frame's pose is predicted.
+    ///     `has_pose` is true was the pose measured (a repeated image has that of the image it
+    ///     repeats); a lost frame's pose is predicted.
     ///
     /// Raises
     /// ------
