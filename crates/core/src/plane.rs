@@ -140,9 +140,9 @@ macro_rules! metres_map {
             /// From metres; anything that is not a finite positive number becomes NaN (unknown).
             pub fn new(mut metres: Plane<f32>) -> Self {
                 for value in metres.data_mut() {
-                    if !(value.is_finite() && *value > 0.0) {
-                        *value = f32::NAN;
-                    }
+                    // An unconditional store, so that the loop vectorises.
+                    let known = *value > 0.0 && *value < f32::INFINITY;
+                    *value = if known { *value } else { f32::NAN };
                 }
                 Self(metres)
             }
