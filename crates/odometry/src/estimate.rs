@@ -47,6 +47,10 @@ pub struct VelocityEstimate {
     pub iterations: usize,
 }
 
+/// Further warps where the last one moved more than the one before: noise does that at times, and
+/// one more then settles; a solve that still grows after these has not converged.
+const PATIENCE: usize = 2;
+
 /// Velocity between two depth images of one camera.
 ///
 /// # Errors
@@ -184,7 +188,10 @@ impl VelocityEstimator {
         let scale_at_rest = solution.scale_at_rest;
         let mut motion = pose_from_twist(&Twist::from_vector(&solution.twist), dt_s);
         let (mut step_m, mut settled) = (f64::INFINITY, true);
-        for _ in 0..self.config.warps {
+        let (wanted, most) = (self.config.warps, self.config.warps + PATIENCE);
+        let mut solves = 1;
+        while solves <= wanted || (!settled && solves <= most) {
+            solves += 1;
             self.warp(first, second, motion);
             solution = match self.solve_pair(dt_s, None) {
                 Ok(solution) => solution,
@@ -197,7 +204,7 @@ impl VelocityEstimator {
             step_m = size;
         }
         solution.scale_at_rest = scale_at_rest; // that of the images, not of the warped ones
-        self.judge(&solution, motion, dt_s, known_share, settled)
+        self.judge(&solution, motion, dt_s, known_share, settled, solves)
     }
 
     /// Weak form and robust solve of the current pair: from nothing but a prior, or, of a pair that
@@ -255,6 +262,7 @@ impl VelocityEstimator {
         dt_s: f64,
         known_share: f64,
         settled: bool,
+        solves: usize,
     ) -> VelocityEstimate {
         let config = &self.config;
         let twist = twist_from_pose(&motion, dt_s);
@@ -279,7 +287,7 @@ impl VelocityEstimator {
             domains: solution.domains,
             residual_scale: solution.scale,
             mean_range_m: solution.mean_range_m,
-            iterations: (config.sweeps + 1) * (config.warps + 1),
+            iterations: (config.sweeps + 1) * solves,
         }
     }
 
