@@ -5,6 +5,7 @@ use super::edges::EdgeTable;
 use super::geometry::{Edge, triangle_solid_angle};
 use super::gradient::DualBasis;
 use super::lattice::{Axis, Lattice};
+use super::whole_sphere::WholeSphere;
 use crate::camera::Camera;
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
@@ -55,16 +56,21 @@ impl SphereGrid {
                 format!("none in {width}x{height} pixels"),
             ));
         }
+        let complete = solid_angle.iter().all(|angle| angle.is_finite());
         let valid = solid_angle.iter().map(|angle| angle.is_finite()).collect();
         let lattice = Lattice::new(width, height, camera.wraps_around(), valid);
         let dual = (0..width * height)
             .into_par_iter()
             .map(|index| DualBasis::new(&lattice, &rays, index % width, index / width));
+        let edges_y = EdgeTable::new(&lattice, &rays, Axis::Y, corners.edges_y());
+        let whole =
+            (camera.wraps_around() && complete).then(|| WholeSphere::new(width, height, &edges_y));
         Ok(Self {
             camera: camera.clone(),
             dual: dual.collect(),
             edges_x: EdgeTable::new(&lattice, &rays, Axis::X, corners.edges_x()),
-            edges_y: EdgeTable::new(&lattice, &rays, Axis::Y, corners.edges_y()),
+            edges_y,
+            whole,
             rays,
             solid_angle,
             lattice,

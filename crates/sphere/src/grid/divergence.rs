@@ -1,6 +1,7 @@
 //! Divergence on the sphere as a balance of fluxes through the edges of each pixel.
 
 use super::lattice::{Axis, Pixel, Sides};
+use super::whole_sphere::WholeSphere;
 use super::{Border, SphereGrid};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -42,7 +43,12 @@ impl SphereGrid {
         out: &mut [f64],
     ) -> Result<()> {
         self.check_len("field", field.len())?;
-        self.balance_into(out, |axis, x, y| self.flux(axis, field, x, y, border))
+        match &self.whole {
+            None => self.balance_into(out, |axis, x, y| self.flux(axis, field, x, y, border)),
+            Some(whole) => self.centred_balance_into(whole, out, |axis, x, y| {
+                self.whole_flux(whole, axis, field, (x, y))
+            }),
+        }
     }
 
     /// The sum of the outward `flux(axis, x, y)` of each pixel over its solid angle.
@@ -74,6 +80,28 @@ impl SphereGrid {
                         *next = -bottom;
                     }
                 }
+            }
+        });
+        Ok(())
+    }
+
+    /// The balance of `flux` and of what makes centre values of its means over the pixels.
+    pub(super) fn centred_balance_into(
+        &self,
+        whole: &WholeSphere,
+        out: &mut [f64],
+        flux: impl Fn(Axis, usize, usize) -> f64 + Sync,
+    ) -> Result<()> {
+        self.check_len("out", out.len())?;
+        let width = self.width();
+        let mut means = vec![0.0; out.len()];
+        self.balance_into(&mut means, flux)?;
+        let rows = out.par_chunks_mut(width);
+        let rows = rows.zip(self.solid_angle.par_chunks(width)).enumerate();
+        rows.for_each(|(y, (out, areas))| {
+            let flux = |x, y| whole.centring_flux(&means, Axis::Y, x, y);
+            for (x, (out, area)) in out.iter_mut().zip(areas).enumerate() {
+                *out = means[y * width + x] + (flux(x, y + 1) - flux(x, y)) / area;
             }
         });
         Ok(())

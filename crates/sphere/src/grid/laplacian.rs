@@ -18,7 +18,7 @@ const ORTHOGONAL: f64 = 1e-12;
 /// Flux of a gradient through an edge: `across * difference + along * slope`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FluxWeights {
-    across: f64,
+    pub across: f64,
     along: f64,
 }
 
@@ -104,9 +104,14 @@ impl SphereGrid {
     /// [`Error::Shape`](sphereflow_core::Error::Shape) where a length is not that of the grid.
     pub fn laplacian_into(&self, field: &[f64], border: Border, out: &mut [f64]) -> Result<()> {
         self.check_len("field", field.len())?;
-        self.balance_into(out, |axis, x, y| {
-            self.gradient_flux(axis, field, x, y, border)
-        })
+        match &self.whole {
+            None => self.balance_into(out, |axis, x, y| {
+                self.gradient_flux(axis, field, x, y, border)
+            }),
+            Some(whole) => self.centred_balance_into(whole, out, |axis, x, y| {
+                self.whole_gradient_flux(whole, axis, field, (x, y))
+            }),
+        }
     }
 
     /// Flux of the gradient of `field` through an edge, towards larger x or y.

@@ -14,6 +14,7 @@ mod geometry;
 mod gradient;
 mod laplacian;
 mod lattice;
+mod whole_sphere;
 
 pub use border::Border;
 pub use discrepancy::laplacian_discrepancy;
@@ -24,6 +25,7 @@ use edges::EdgeTable;
 use gradient::DualBasis;
 use lattice::{Axis, Lattice};
 use nalgebra::Vector3;
+use whole_sphere::WholeSphere;
 
 /// A camera sampled on its pixels. Pixel `(x, y)` has index `y * width + x` in every slice.
 ///
@@ -41,6 +43,8 @@ pub struct SphereGrid {
     edges_x: EdgeTable,
     /// `width * (height + 1)` edges, normals to +y.
     edges_y: EdgeTable,
+    /// Of a complete 360-degree image.
+    whole: Option<WholeSphere>,
 }
 
 impl SphereGrid {

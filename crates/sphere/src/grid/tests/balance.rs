@@ -3,7 +3,7 @@
 use super::fields::{Exact, Exponential};
 use crate::grid::lattice::{Axis, Sides};
 use crate::{Border, Camera, SphereGrid};
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
 /// Rounding of sums over some thousand pixels of values near 1.
 const ROUNDING: f64 = 1e-12;
@@ -61,36 +61,100 @@ fn area_sum(grid: &SphereGrid, values: &[f64]) -> f64 {
     pixels.map(|i| values[i] * grid.solid_angle()[i]).sum()
 }
 
-#[test]
-fn gauss_theorem_holds_to_rounding_on_any_set_of_pixels() {
-    for grid in [pinhole(), sphere()] {
-        let vector: Vec<_> = grid.rays().iter().map(|ray| exact().vector(ray)).collect();
-        let scalar: Vec<_> = grid.rays().iter().map(|ray| exact().value(ray)).collect();
-        for border in [Border::Extrapolate, Border::ZeroFlux] {
-            let mut out = vec![0.0; scalar.len()];
-            grid.divergence_into(&vector, border, &mut out).unwrap();
-            let flux = border_sum(&grid, |axis, x, y| grid.flux(axis, &vector, x, y, border));
-            assert!((area_sum(&grid, &out) - flux).abs() < ROUNDING);
-            grid.laplacian_into(&scalar, border, &mut out).unwrap();
-            let flux = border_sum(&grid, |axis, x, y| {
-                grid.gradient_flux(axis, &scalar, x, y, border)
-            });
-            assert!((area_sum(&grid, &out) - flux).abs() < ROUNDING);
-        }
+/// [`border_sum`] of `flux`, on the whole sphere with what it adds for values at the centres.
+fn full_border_sum(grid: &SphereGrid, flux: impl Fn(Axis, usize, usize) -> f64 + Sync) -> f64 {
+    let Some(whole) = &grid.whole else {
+        return border_sum(grid, flux);
+    };
+    let mut means = vec![0.0; grid.rays().len()];
+    grid.balance_into(&mut means, &flux).unwrap();
+    border_sum(grid, |axis, x, y| {
+        flux(axis, x, y) + whole.centring_flux(&means, axis, x, y)
+    })
+}
+
+/// Gauss's theorem on the ragged set, for both operators.
+fn assert_gauss(grid: &SphereGrid, scalar: &[f64], vector: &[Vector3<f64>]) {
+    for border in [Border::Extrapolate, Border::ZeroFlux] {
+        let mut out = vec![0.0; scalar.len()];
+        grid.divergence_into(vector, border, &mut out).unwrap();
+        let flux = full_border_sum(grid, |axis, x, y| match &grid.whole {
+            None => grid.flux(axis, vector, x, y, border),
+            Some(whole) => grid.whole_flux(whole, axis, vector, (x, y)),
+        });
+        assert!((area_sum(grid, &out) - flux).abs() < ROUNDING);
+        grid.laplacian_into(scalar, border, &mut out).unwrap();
+        let flux = full_border_sum(grid, |axis, x, y| match &grid.whole {
+            None => grid.gradient_flux(axis, scalar, x, y, border),
+            Some(whole) => grid.whole_gradient_flux(whole, axis, scalar, (x, y)),
+        });
+        assert!((area_sum(grid, &out) - flux).abs() < ROUNDING);
     }
 }
 
 #[test]
-fn divergence_over_the_closed_sphere_sums_to_zero() {
+fn gauss_theorem_holds_to_rounding_on_any_set_of_pixels() {
+    let odd = SphereGrid::new(&Camera::equirectangular(65, 32).unwrap()).unwrap();
+    for grid in [pinhole(), sphere(), odd] {
+        let vector: Vec<_> = grid.rays().iter().map(|ray| exact().vector(ray)).collect();
+        let scalar: Vec<_> = grid.rays().iter().map(|ray| exact().value(ray)).collect();
+        assert_gauss(&grid, &scalar, &vector);
+    }
+}
+
+#[test]
+fn gauss_theorem_holds_where_an_unknown_pixel_narrows_the_stencils() {
+    let grid = sphere();
+    let mut scalar: Vec<_> = grid.rays().iter().map(|ray| exact().value(ray)).collect();
+    // Two rows below the disc around (3, 5), which ends in row 14.
+    scalar[16 * grid.width() + 3] = f64::NAN;
+    let pixels = scalar.iter().zip(grid.rays());
+    let vector: Vec<_> = pixels.map(|(f, ray)| exact().vector(ray) * *f).collect();
+    assert_gauss(&grid, &scalar, &vector);
+}
+
+#[test]
+fn balances_over_the_closed_sphere_sum_to_zero() {
     let grid = sphere();
     let vector: Vec<_> = grid.rays().iter().map(|ray| exact().vector(ray)).collect();
-    let divergence = grid.divergence(&vector).unwrap();
-    let sum: f64 = divergence
-        .iter()
-        .zip(grid.solid_angle())
-        .map(|(d, a)| d * a)
-        .sum();
-    assert!(sum.abs() < ROUNDING);
+    let scalar: Vec<_> = grid.rays().iter().map(|ray| exact().value(ray)).collect();
+    for balance in [grid.divergence(&vector), grid.laplacian(&scalar)] {
+        let balance = balance.unwrap();
+        let sum: f64 = balance
+            .iter()
+            .zip(grid.solid_angle())
+            .map(|(d, a)| d * a)
+            .sum();
+        assert!(sum.abs() < ROUNDING);
+    }
+}
+
+#[test]
+fn laplacian_on_the_whole_sphere_damps_every_field_but_the_constant() {
+    // What diffuses must not grow: the eigenvalues of the matrix have no positive real part.
+    for (width, height) in [(16, 8), (17, 8), (8, 8), (24, 6)] {
+        let grid = SphereGrid::new(&Camera::equirectangular(width, height).unwrap()).unwrap();
+        let count = width * height;
+        let columns: Vec<_> = (0..count)
+            .map(|index| {
+                let mut unit = vec![0.0; count];
+                unit[index] = 1.0;
+                DVector::from_vec(grid.laplacian(&unit).unwrap())
+            })
+            .collect();
+        let values = DMatrix::from_columns(&columns).complex_eigenvalues();
+        let mut growth: Vec<_> = values.iter().map(|value| value.re).collect();
+        growth.sort_by(f64::total_cmp);
+        let [.., linear, constant] = growth[..] else {
+            panic!("no eigenvalues");
+        };
+        println!(
+            "{width}x{height}: {constant:e} {linear} .. {} im {}",
+            growth[0],
+            values.iter().map(|v| v.im.abs()).fold(0.0, f64::max)
+        );
+        assert!(constant.abs() < 1e-9 && linear < -1.0);
+    }
 }
 
 #[test]
@@ -200,6 +264,24 @@ fn unknown_pixels_reach_their_neighbours_only() {
                 laplacian[i].is_nan() || dx + dy > 1,
                 "laplacian at {x}, {y}"
             );
+        }
+    }
+}
+
+#[test]
+fn unknown_pixels_beside_a_pole_do_not_reach_beyond_it() {
+    let grid = sphere();
+    let width = grid.width();
+    for unknown_row in [0, 1] {
+        let mut field: Vec<_> = grid.rays().iter().map(|ray| exact().value(ray)).collect();
+        field[unknown_row * width + 30] = f64::NAN;
+        let vector: Vec<_> = field.iter().zip(grid.rays()).map(|(f, r)| r * *f).collect();
+        let (divergence, laplacian) = (grid.divergence(&vector), grid.laplacian(&field));
+        for values in [divergence.unwrap(), laplacian.unwrap()] {
+            for (i, value) in values.iter().enumerate() {
+                let distance = (i % width).abs_diff(30) + (i / width).abs_diff(unknown_row);
+                assert_eq!(value.is_nan(), distance <= 1, "pixel {i}");
+            }
         }
     }
 }

@@ -59,11 +59,38 @@ impl Exact for Exponential {
     }
 }
 
+/// The zonal harmonic of degree 3 about a tilted unit axis, `(5 t^3 - 3 t) / 2` with `t = eta.P`
+/// (seen from a pole of the grid it has every order from 0 to 3), and it times the tangential part
+/// of Q.
+pub(super) struct Harmonic(pub Vector3<f64>, pub Vector3<f64>);
+
+impl Exact for Harmonic {
+    fn value(&self, eta: &Vector3<f64>) -> f64 {
+        let t = eta.dot(&self.0);
+        0.5 * t * (5.0 * t * t - 3.0)
+    }
+    fn gradient(&self, eta: &Vector3<f64>) -> Vector3<f64> {
+        let t = eta.dot(&self.0);
+        (self.0 - eta * t) * (7.5 * t * t - 1.5)
+    }
+    fn laplacian(&self, eta: &Vector3<f64>) -> f64 {
+        // -l (l + 1) with l = 3.
+        -12.0 * self.value(eta)
+    }
+    fn vector(&self, eta: &Vector3<f64>) -> Vector3<f64> {
+        (self.1 - eta * eta.dot(&self.1)) * self.value(eta)
+    }
+    fn divergence(&self, eta: &Vector3<f64>) -> f64 {
+        self.gradient(eta).dot(&self.1) - 2.0 * eta.dot(&self.1) * self.value(eta)
+    }
+}
+
 pub(super) fn all() -> Vec<(&'static str, Box<dyn Exact>)> {
     let p = Vector3::new(0.7, -0.9, 0.5);
     let q = Vector3::new(-0.4, 0.6, 1.1);
     vec![
         ("linear", Box::new(Linear(p))),
         ("exponential", Box::new(Exponential(p, q))),
+        ("harmonic", Box::new(Harmonic(p.normalize(), q))),
     ]
 }
