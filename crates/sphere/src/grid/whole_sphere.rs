@@ -68,12 +68,20 @@ impl WholeSphere {
 
     /// The value of column `x` in a row that may lie beyond a pole. Where an odd width has no
     /// opposite column it is interpolated between those beside.
+    #[inline(always)]
     fn at<T: Value>(&self, data: &[T], x: usize, row: isize) -> T {
-        let (row, beyond) = self.row(row);
-        let line = &data[row * self.width..][..self.width];
-        if !beyond {
-            return line[x];
+        match usize::try_from(row) {
+            Ok(row) if row < self.height => data[row * self.width + x],
+            _ => self.beyond_pole(data, x, row),
         }
+    }
+
+    /// Out of the way of all the rows that need it not.
+    #[cold]
+    #[inline(never)]
+    fn beyond_pole<T: Value>(&self, data: &[T], x: usize, row: isize) -> T {
+        let (row, _) = self.row(row);
+        let line = &data[row * self.width..][..self.width];
         let opposite = |step: usize| line[(x + self.width / 2 + step) % self.width];
         if self.width.is_multiple_of(2) {
             return opposite(0);
@@ -113,28 +121,26 @@ impl SphereGrid {
         (x, y): (usize, usize),
     ) -> f64 {
         let normal = self.table(axis).normal(x, y);
-        let [before, after] = self.lattice.beside(axis, x, y);
+        let through = |x, row| normal.dot(&whole.at(field, x, row));
         let row = y as isize;
         let (near, wide) = match axis {
             Axis::X => {
-                let sum = |row| whole.at(field, before.0, row) + whole.at(field, after.0, row);
+                let [(before, _), (after, _)] = self.lattice.beside(axis, x, y);
+                let sum = |row| through(before, row) + through(after, row);
                 let near = sum(row);
-                let curvature = sum(row - 1) - near * 2.0 + sum(row + 1);
-                (near, near + curvature * MEAN)
+                (
+                    near,
+                    near + MEAN * (sum(row - 1) - 2.0 * near + sum(row + 1)),
+                )
             }
             Axis::Y if y == 0 || y == whole.height => return 0.0,
             Axis::Y => {
-                let near = field[self.lattice.index(before)] + field[self.lattice.index(after)];
-                let far = whole.at(field, x, row - 2) + whole.at(field, x, row + 1);
+                let near = through(x, row - 1) + through(x, row);
+                let far = through(x, row - 2) + through(x, row + 1);
                 (near, near * (9.0 / 8.0) - far * (1.0 / 8.0))
             }
         };
-        let flux = 0.5 * normal.dot(&wide);
-        if flux.is_finite() {
-            flux
-        } else {
-            0.5 * normal.dot(&near)
-        }
+        0.5 * if wide.is_finite() { wide } else { near }
     }
 
     /// Flux of the gradient of `field` through an edge, towards larger x or y. Where the two rows
