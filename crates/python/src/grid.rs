@@ -13,8 +13,7 @@ use sphereflow_sphere::SphereGrid;
 /// A pixel is the spherical polygon between its corner rays, so the solid angles of a 360-degree image
 /// add up to 4 pi, and the sum of divergence times solid angle over any set of pixels is the flux
 /// through its border (Gauss), both to rounding. The operators are of second order for every camera
-/// model; beside the poles of a 360-degree image divergence and Laplacian are the means over the pixel,
-/// which differ from the values at its centre in first order. At the image border one-sided values are
+/// model, up to the poles of a 360-degree image. At the image border one-sided values are
 /// extrapolated. A NaN pixel spreads to its neighbours only (up to three pixels beside a border).
 ///
 /// Parameters

@@ -14,12 +14,17 @@ impl SphereGrid {
     /// Divergence on the sphere of the tangential part of `field` (one vector per pixel,
     /// row-major, camera frame), per radian, with [`Border::Extrapolate`].
     ///
-    /// The value is the mean over the pixel: the sum of the fluxes through its edges over its solid
-    /// angle. A flux is shared by both sides of an edge, so the theorem of Gauss holds to rounding
-    /// for every set of pixels. On the edge the field is the mean of both pixels: in pixel
+    /// The value is the sum of the fluxes through the edges of the pixel over its solid angle. A
+    /// flux is shared by both sides of an edge, so the theorem of Gauss holds to rounding for every
+    /// set of pixels. On the edge the field is the mean of both pixels: in pixel
     /// coordinates the error of that mean is smooth, so that the balance is second order, although
     /// pixels are neither equal nor rectangular on the sphere. The edge normal is orthogonal to
     /// every ray of the edge: a radial part of the field counts only within the second order.
+    ///
+    /// So much is the mean over the pixel, which differs from the value at its centre within the
+    /// second order, but for the rows beside the poles of a 360-degree image. There the fluxes read
+    /// two rows more (where those are known) and include what takes the mean to the centre, so that
+    /// the second order reaches to the poles.
     ///
     /// NaN where the pixel is invalid or one of the values its fluxes read is NaN (its neighbours;
     /// beside a border the two next pixels inwards).
@@ -32,7 +37,8 @@ impl SphereGrid {
         Ok(out)
     }
 
-    /// [`SphereGrid::divergence`] into the caller's buffer, without allocation.
+    /// [`SphereGrid::divergence`] into the caller's buffer, without allocation but for one buffer
+    /// of the same size where the grid wraps around: its balance takes two passes.
     ///
     /// # Errors
     /// [`Error::Shape`](sphereflow_core::Error::Shape) where a length is not that of the grid.
@@ -107,7 +113,7 @@ impl SphereGrid {
         Ok(())
     }
 
-    /// Flux of `field` through an edge, towards larger x or y.
+    /// Flux of `field` through an edge of a grid that does not wrap around, towards larger x or y.
     pub(super) fn flux(
         &self,
         axis: Axis,

@@ -85,8 +85,8 @@ impl SphereGrid {
     /// Laplacian of `field` (one value per pixel, row-major) on the sphere, units of the field per
     /// square radian, with [`Border::Extrapolate`].
     ///
-    /// The value is the mean over the pixel, as for [`SphereGrid::divergence`], and obeys the
-    /// theorem of Gauss likewise. NaN where the pixel is invalid or a NaN of the field lies among
+    /// The value is a balance of fluxes, as for [`SphereGrid::divergence`]: it obeys the theorem of
+    /// Gauss likewise, and is of second order up to the poles of a 360-degree image. NaN where the pixel is invalid or a NaN of the field lies among
     /// its eight neighbours (beside a border: among the pixels it is extrapolated from, up to three
     /// inwards).
     ///
@@ -98,7 +98,8 @@ impl SphereGrid {
         Ok(out)
     }
 
-    /// [`SphereGrid::laplacian`] into the caller's buffer, without allocation.
+    /// [`SphereGrid::laplacian`] into the caller's buffer, without allocation but for one buffer of
+    /// the same size where the grid wraps around: its balance takes two passes.
     ///
     /// # Errors
     /// [`Error::Shape`](sphereflow_core::Error::Shape) where a length is not that of the grid.
@@ -114,7 +115,8 @@ impl SphereGrid {
         }
     }
 
-    /// Flux of the gradient of `field` through an edge, towards larger x or y.
+    /// Flux of the gradient of `field` through an edge of a grid that does not wrap around, towards
+    /// larger x or y.
     pub(super) fn gradient_flux(
         &self,
         axis: Axis,

@@ -3,7 +3,9 @@
 //! Pixel corners (at half-integers) are unprojected to unit rays; a pixel is the spherical polygon
 //! whose edges are arcs of great circles between its corners. Solid angles, edge normals and the
 //! theorem of Gauss are then exact for every camera: straight lines of a pinhole image are great
-//! circles, and the pixels of a 360-degree image tile the whole sphere.
+//! circles, and the pixels of a 360-degree image tile the whole sphere. All operators are of second
+//! order in every pixel, up to image borders and poles (only the Laplacian on the ragged rim of a
+//! fish-eye is of first).
 
 mod border;
 mod build;
