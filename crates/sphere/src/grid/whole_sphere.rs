@@ -69,11 +69,18 @@ impl WholeSphere {
     /// The value of column `x` in a row that may lie beyond a pole. Where an odd width has no
     /// opposite column it is interpolated between those beside.
     #[inline(always)]
-    fn at<T: Value>(&self, data: &[T], x: usize, row: isize) -> T {
-        match usize::try_from(row) {
-            Ok(row) if row < self.height => data[row * self.width + x],
-            _ => self.beyond_pole(data, x, row),
+    fn at(&self, data: &[f64], x: usize, row: isize) -> f64 {
+        match self.index(x, row) {
+            Some(index) => data[index],
+            None => self.beyond_pole(data, x, row),
         }
+    }
+
+    /// Index of the pixel, `None` beyond a pole.
+    #[inline(always)]
+    fn index(&self, x: usize, row: isize) -> Option<usize> {
+        let row = usize::try_from(row).ok().filter(|row| *row < self.height);
+        row.map(|row| row * self.width + x)
     }
 
     /// Out of the way of all the rows that need it not.
@@ -121,7 +128,10 @@ impl SphereGrid {
         (x, y): (usize, usize),
     ) -> f64 {
         let normal = self.table(axis).normal(x, y);
-        let through = |x, row| normal.dot(&whole.at(field, x, row));
+        let through = |x, row| match whole.index(x, row) {
+            Some(index) => normal.dot(&field[index]),
+            None => normal.dot(&whole.beyond_pole(field, x, row)),
+        };
         let row = y as isize;
         let (near, wide) = match axis {
             Axis::X => {
