@@ -371,6 +371,7 @@ class Simulator:
         image_sigma_grey: float = 2.0,
         readout_s: float = 0.0,
         imu: bool = True,
+        mag: bool = False,
     ) -> Simulator: ...
     @property
     def kind(self) -> str: ...

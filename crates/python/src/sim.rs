@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use sphereflow_core::Plane;
 use sphereflow_sim::noise::{ImageNoiseParameters, KinectParameters};
 use sphereflow_sim::{
-    DepthNoiseParameters, Error, Motion, Scene, SimConfig, SimulatedFrame, Simulator,
+    DepthNoiseParameters, Error, MagConfig, Motion, Scene, SimConfig, SimulatedFrame, Simulator,
 };
 use sphereflow_sphere::Camera;
 use std::path::PathBuf;
@@ -167,6 +167,8 @@ const AHEAD: usize = 2;
 ///     Rolling shutter: seconds from the first row to the last; 0 for a global shutter.
 /// imu : bool
 ///     Simulate gyro and accelerometer.
+/// mag : bool
+///     Simulate a magnetometer in a field that varies in space.
 ///
 /// Raises
 /// ------
@@ -235,7 +237,7 @@ impl PySimulator {
     #[new]
     #[pyo3(signature = (*, scene = "furnished_room", motion = "room_tour", camera = None,
         duration_s = None, rate_hz = 30.0, seed = 0, depth_noise = "kinect", image_sigma_grey = 2.0,
-        readout_s = 0.0, imu = true))]
+        readout_s = 0.0, imu = true, mag = false))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -249,6 +251,7 @@ impl PySimulator {
         image_sigma_grey: f64,
         readout_s: f64,
         imu: bool,
+        mag: bool,
     ) -> PyResult<Self> {
         let name = format!("simulated {scene}, {motion}, seed {seed}");
         let demo = SimConfig::demo(seed).into_python()?;
@@ -267,6 +270,7 @@ impl PySimulator {
             },
             readout_s,
             imu: demo.imu.filter(|_| imu),
+            mag: mag.then(MagConfig::default),
             ..demo
         };
         let simulator = py.detach(|| Simulator::new(config)).into_python()?;

@@ -70,6 +70,7 @@ def sim(
     readout: Annotated[
         float, typer.Option(help="Rolling shutter: seconds from first to last row; 0 for none.")
     ] = 0.0,
+    mag: Annotated[bool, typer.Option(help="Also a magnetometer, in a room with iron.")] = False,
 ) -> None:
     """Simulate a depth camera and its inertial sensors in a room, and write the recording.
 
@@ -84,6 +85,7 @@ def sim(
         depth_noise=depth_noise.value,
         image_sigma_grey=image_sigma,
         readout_s=readout,
+        mag=mag,
         seed=seed,
         duration_s=duration,
         rate_hz=rate,

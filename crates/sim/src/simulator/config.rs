@@ -5,6 +5,7 @@ use crate::noise::{
 };
 use crate::sensors::{ImuParameters, MagneticFieldParameters, MagnetometerParameters};
 use crate::{Error, Motion, Result, Scene};
+use nalgebra::Vector3;
 use sphereflow_core::{DepthMap, Plane, Stamp};
 use sphereflow_sphere::Camera;
 
@@ -69,6 +70,22 @@ pub struct MagConfig {
     pub sensor: MagnetometerParameters,
     /// Readings per second.
     pub rate_hz: f64,
+}
+
+impl Default for MagConfig {
+    /// A room in central Europe with six pieces of iron, and a telephone's sensor in it: 50 Hz,
+    /// 0.4 uT of noise, not calibrated for the iron of the telephone itself.
+    fn default() -> Self {
+        Self {
+            field: MagneticFieldParameters::default(),
+            sensor: MagnetometerParameters {
+                hard_iron_ut: Vector3::new(5.0, -3.0, 8.0),
+                sigma_ut: 0.4,
+                ..MagnetometerParameters::default()
+            },
+            rate_hz: 50.0,
+        }
+    }
 }
 
 impl DepthNoiseParameters {
