@@ -3,12 +3,15 @@
 mod arrays;
 mod camera;
 mod errors;
+mod frame;
 mod grid;
 mod odometry;
 mod recording;
 mod sim;
+mod simulated_frame;
 mod slam;
 mod trajectory;
+mod velocity;
 
 use pyo3::prelude::*;
 
@@ -20,21 +23,23 @@ mod _native {
     #[pymodule_export]
     use crate::camera::PyCamera;
     #[pymodule_export]
+    use crate::frame::{PyFrame, PyFrameIterator};
+    #[pymodule_export]
     use crate::grid::PySphereGrid;
     #[pymodule_export]
-    use crate::odometry::{
-        PyDepthOdometry, PyOdometryResult, PyVelocityEstimate, py_estimate_velocity,
-    };
+    use crate::odometry::{PyDepthOdometry, PyOdometryResult};
     #[pymodule_export]
-    use crate::recording::{
-        PyFrame, PyFrameIterator, PyRecording, PyRecordingWriter, py_open_recording,
-    };
+    use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
     #[pymodule_export]
-    use crate::sim::{PySimulatedFrame, PySimulatedFrames, PySimulator};
+    use crate::sim::PySimulator;
+    #[pymodule_export]
+    use crate::simulated_frame::{PySimulatedFrame, PySimulatedFrames};
     #[pymodule_export]
     use crate::slam::PyVoxelCloud;
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
+    #[pymodule_export]
+    use crate::velocity::{PyVelocityEstimate, py_estimate_velocity};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
