@@ -128,6 +128,8 @@ def build_report(
         "coverage": journal.coverage,
         "coverage_meaning": "frames with a pose / frames not skipped on purpose",
         "min_coverage": min_coverage,
+        "corrections": 0,
+        "corrections_meaning": "nothing corrects yet: trajectory.tum holds the poses of odometry.tum",
         "covered": bool(frames and journal.coverage >= min_coverage),
         "timing": timing_of_stamps(journal.stamp_ns),
         "streams": streams_of(recording),
