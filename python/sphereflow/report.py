@@ -129,7 +129,7 @@ def build_report(
         "coverage_meaning": "frames with a pose / frames not skipped on purpose",
         "min_coverage": min_coverage,
         "corrections": 0,
-        "corrections_meaning": "nothing corrects yet: trajectory.tum holds the poses of odometry.tum",
+        "corrections_meaning": "nothing corrects yet: trajectory.tum is odometry.tum",
         "covered": bool(frames and journal.coverage >= min_coverage),
         "timing": timing_of_stamps(journal.stamp_ns),
         "streams": streams_of(recording),
