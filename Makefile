@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
 
-.PHONY: demo test bench lint experiments stubs thesis wheel clean
+.PHONY: demo test bench lint experiments thesis wheel clean
 
 # Build the wheel, install it as a user would, and run the main job on the simulated room.
 demo: $(VENV)/installed-wheel

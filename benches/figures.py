@@ -15,6 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
 import sphereflow as sf
 
 RECORDINGS = ["tum-fr1-rpy-a", "sevenscenes-kitchen-a"]
@@ -59,8 +60,16 @@ def simulator_rows() -> list[str]:
     return rows
 
 
-def run_row(name: str, command: list[str]) -> str:
-    """One run of the command line, read from the report that it writes."""
+def scale_and_rest(truth: sf.Trajectory, estimate: sf.Trajectory) -> tuple[float, float]:
+    """Scale that would fit the estimate to the truth best, and the ATE of a camera at rest."""
+    fitted = sf.eval.ape(truth, estimate, align="sim3", max_difference_s=0.02)
+    path = fitted.reference_position_m
+    rest = np.sqrt(((path - path.mean(axis=0)) ** 2).sum(axis=1).mean())
+    return fitted.scale, float(rest)
+
+
+def run_row(name: str, command: list[str], true_path: sf.Trajectory) -> str:
+    """One run of the command line, read from the files that it writes."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "result"
         subprocess.run(
@@ -69,6 +78,7 @@ def run_row(name: str, command: list[str]) -> str:
             stdout=subprocess.DEVNULL,
         )
         report = json.loads((out / "report.json").read_text())
+        scale, rest = scale_and_rest(true_path, sf.Trajectory.read(out / "trajectory.tum"))
     truth, odometry = report["truth"], report["odometry_ms_per_frame"]
     outcomes = report["outcomes"]
     cells = [
@@ -77,6 +87,8 @@ def run_row(name: str, command: list[str]) -> str:
         str(outcomes["lost"]["frames"]),
         f"{100 * report['coverage']:.1f} %",
         f"{truth['ape']['statistics']['rmse']:.4f}",
+        f"{rest:.3f}",
+        f"{scale:.3f}",
         f"{truth['rpe_1s_translation']['statistics']['rmse']:.4f}",
         f"{truth['rpe_1s_rotation']['statistics']['rmse']:.2f}",
         f"{sum(odometry.values()):.1f}",
@@ -94,6 +106,8 @@ def run_rows() -> list[str]:
         "lost",
         "coverage",
         "ATE rmse m",
+        "at rest m",
+        "scale",
         "RPE 1 s m",
         "RPE 1 s deg",
         "odometry ms",
@@ -101,10 +115,14 @@ def run_rows() -> list[str]:
         "peak MiB",
     ]
     rows = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
-    rows.append(run_row("demo room, seed 0 (frames/s includes drawing it)", ["demo"]))
+    drawn = "demo room, seed 0 (frames/s includes drawing it)"
+    rows.append(run_row(drawn, ["demo"], sf.sim.demo(seed=0).truth))
     data = os.environ.get("SPHEREFLOW_DATA")
     for name in RECORDINGS if data else []:
-        rows.append(run_row(name, ["run", str(Path(data or "") / name)]))
+        folder = Path(data or "") / name
+        truth = sf.io.open_recording(folder).truth
+        assert truth is not None, f"{name} has no truth"
+        rows.append(run_row(name, ["run", str(folder)], truth))
     return rows
 
 

@@ -39,10 +39,11 @@ def trajectory(count: int) -> sphereflow.Trajectory:
 
 @dataclass
 class FakeRecording:
-    """``bad`` frames cannot be read, ``blind`` ones have no depth."""
+    """``bad`` frames cannot be read, ``blind`` ones have no depth; it may break off at ``ends``."""
 
     count: int = 60
     bad: tuple[int, ...] = ()
+    ends: int | None = None
     blind: tuple[int, ...] = ()
     colour_registered: bool = True
     depth_scale: float = 5000.0
@@ -99,7 +100,7 @@ class FakeFrames:
         return self
 
     def __next__(self):
-        if self.next >= self.stop:
+        if self.next >= self.stop or self.next == self.recording.ends:
             raise StopIteration
         self.next += 1
         return self.recording.frame(self.next - 1)
@@ -148,6 +149,9 @@ class FakeCloud:
         self.positions.append(points @ world_from_camera[:3, :3].T + world_from_camera[:3, 3])
         grey = np.zeros((len(z), 3), dtype=np.uint8)
         self.colours.append(grey if colour is None else colour[rows, columns])
+
+    def __len__(self) -> int:
+        return len(self.points()[0])
 
     def points(self):
         if not self.positions:

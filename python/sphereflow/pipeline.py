@@ -138,7 +138,7 @@ def run(
             journal=journal,
             seconds=watch.seconds,
             errors=errors,
-            voxels=len(cloud.points()[0]),
+            voxels=len(cloud),
             warnings=warnings,
             min_coverage=min_coverage,
         )
@@ -199,6 +199,9 @@ def _decoded(
             with watch("decode"):
                 frame = next(frames)
         except StopIteration:
+            # Fewer frames than promised: the rest counts as not covered, it does not vanish.
+            for stamp in recording.stamp_ns[index:total]:
+                journal.failure(int(stamp), "unreadable", "the recording ended before this frame")
             return
         except sphereflow.SphereflowError as error:
             journal.failure(int(recording.stamp_ns[index]), "unreadable", str(error))
@@ -246,7 +249,7 @@ def _write(folder: Path, journal: Journal, cloud: slam.VoxelCloud) -> sphereflow
         trajectory.write(folder / "odometry.tum", format="tum")
         # Frame-to-frame odometry is corrected by nothing later: both are the same poses.
         trajectory.write(folder / "trajectory.tum", format="tum")
-    if len(cloud.points()[0]) > 0:
+    if len(cloud) > 0:
         cloud.write_ply(folder / "map.ply")
     return trajectory
 

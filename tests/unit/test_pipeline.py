@@ -190,3 +190,12 @@ def test_run_recording_outside_the_result_is_removed_when_the_run_fails(
     with pytest.raises(RuntimeError):
         run(fakes.FakeRecording(), tmp_path / "out", rrd=tmp_path / "run.rrd")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_run_of_a_recording_that_breaks_off_does_not_cover_the_rest(tmp_path):
+    result = run(fakes.FakeRecording(40, ends=30), tmp_path / "out", pictures=False)
+    assert result.coverage == 0.75
+    assert not result.covered
+    unreadable = result.report["outcomes"]["unreadable"]
+    assert unreadable["frames"] == 10
+    assert "ended before" in unreadable["reasons"][0]["first"]

@@ -5,7 +5,7 @@
 //! width = 640
 //! height = 480
 //! depth_scale = 5000.0        # counts per metre
-//! readout_s = 0.02            # optional: rolling shutter, first to last row
+//! readout_s = 0.02            # optional: rolling shutter, first row to end of last
 //! time_offset_s = 0.005       # optional: imu_time = camera_time + time_offset_s
 //! gravity_in_world_m_s2 = [0.0, 9.81, 0.0]  # optional: of the truth's world, pointing down
 //!
