@@ -236,7 +236,7 @@ pub(crate) fn judge_motion(
 }
 
 /// Covariance of the velocity that the residuals show.
-fn formal_covariance(config: &Config, alignment: &Alignment, dt_s: f64) -> Matrix6<f64> {
+pub(crate) fn formal_covariance(config: &Config, alignment: &Alignment, dt_s: f64) -> Matrix6<f64> {
     let solution = &alignment.solution;
     let variance = solution.variance * config.covariance.scale.powi(2);
     let unseen = config.unobservable_std_m_s * dt_s;

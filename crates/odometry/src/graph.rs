@@ -32,7 +32,7 @@ impl Default for GraphConfig {
             enabled: true,
             max_angle_rad: 0.6,
             max_distance_m: 0.8,
-            min_overlap: 0.45,
+            min_overlap: 0.3,
             max_edges: 30,
             floor_m: 4e-3,
             floor_rad: 3e-3,
@@ -46,7 +46,6 @@ impl Default for GraphConfig {
 pub(crate) struct KeyframeNode {
     pub(crate) pose: Pose,
     pub(crate) image: FramePyramid,
-    pub(crate) segment: u32,
     /// The keyframe that it was measured against before it became one itself.
     pub(crate) parent: Option<KeyframeMotion>,
 }
@@ -57,6 +56,8 @@ pub(crate) struct FrameNode {
     pub(crate) stamp: Stamp,
     pub(crate) keyframe: usize,
     pub(crate) keyframe_from_camera: Pose,
+    /// World from camera as `push` gave it.
+    pub(crate) measured: Pose,
 }
 
 /// All of them, in order.
@@ -70,13 +71,7 @@ pub(crate) struct KeyframeGraph {
 
 impl KeyframeGraph {
     /// A new keyframe, with the last frame's motion as its link to the one before; its number.
-    pub(crate) fn add_keyframe(
-        &mut self,
-        keep: bool,
-        pose: Pose,
-        image: &FramePyramid,
-        segment: u32,
-    ) -> usize {
+    pub(crate) fn add_keyframe(&mut self, keep: bool, pose: Pose, image: &FramePyramid) -> usize {
         let index = self.next_index;
         self.next_index += 1;
         if keep {
@@ -89,7 +84,6 @@ impl KeyframeGraph {
             self.keyframes.push(KeyframeNode {
                 pose,
                 image: coarse(image),
-                segment,
                 parent,
             });
         }
@@ -122,6 +116,7 @@ impl KeyframeGraph {
             stamp: result.stamp,
             keyframe,
             keyframe_from_camera,
+            measured: result.world_from_camera,
         });
     }
 

@@ -16,7 +16,9 @@ mod keyframe;
 mod motion;
 mod observability;
 mod odometry;
+mod optimise;
 mod plane_projection;
+mod pose_graph;
 mod pyramid;
 mod robust;
 mod row_motion;
@@ -34,6 +36,7 @@ pub use keyframe::{KeyframeMotion, KeyframePolicy};
 pub use motion::{pose_from_twist, twist_from_pose};
 pub use observability::WeakDirection;
 pub use odometry::{DepthOdometry, OdometryConfig, OdometryResult, Timings};
+pub use optimise::OptimiseReport;
 
 /// Result of the crate's fallible calls.
 pub type Result<T> = std::result::Result<T, Error>;

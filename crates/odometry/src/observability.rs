@@ -103,9 +103,8 @@ impl Spectrum {
 
     /// The directions that are determined: the last ones, as the eigenvalues increase.
     fn seen(&self, cut: Cut) -> &[Vector6<f64>] {
-        let lacks = |&i: &usize| {
-            self.score_of(i) < cut.score || self.values[i] <= cut.eigenvalue.max(0.0)
-        };
+        let lacks =
+            |&i: &usize| self.score_of(i) < cut.score || self.values[i] <= cut.eigenvalue.max(0.0);
         let unseen = (0..6).take_while(lacks);
         &self.vectors[unseen.count()..]
     }
@@ -173,7 +172,11 @@ mod tests {
         let seen = Matrix6::from_diagonal(&Vector6::new(1.0, 1.0, 1.0, 1.0, 1.0, 0.0));
         let prior = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.7);
         let x = Vector6::new(0.1, -0.2, 0.3, 1.0, 2.0, 0.7);
-        let found = Spectrum::new(&seen, 2.5).solve(&sharp, &(sharp * x), 0.1, &prior);
+        let cut = Cut {
+            score: 0.1,
+            eigenvalue: 0.0,
+        };
+        let found = Spectrum::new(&seen, 2.5).solve(&sharp, &(sharp * x), cut, &prior);
         assert!((found - x).norm() < 1e-12, "{found}");
     }
 

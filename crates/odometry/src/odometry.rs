@@ -70,14 +70,14 @@ pub struct DepthOdometry {
     pub(crate) config: OdometryConfig,
     pub(crate) aligner: Aligner,
     max_flow_px: f64,
-    keyframe: Option<Keyframe>,
-    last: LastFrame,
+    pub(crate) keyframe: Option<Keyframe>,
+    pub(crate) last: LastFrame,
     current: FramePyramid,
     /// Working memory for the next keyframe.
     spare: FramePyramid,
     /// Last stamp that was accepted.
     last_stamp: Option<Stamp>,
-    last_pose: Pose,
+    pub(crate) last_pose: Pose,
     segment: u32,
     pub(crate) graph: KeyframeGraph,
 }
@@ -205,7 +205,7 @@ impl DepthOdometry {
 
     fn set_keyframe(&mut self, image: FramePyramid, pose: Pose, shutter_undone: bool) {
         let keep = self.config.keyframes.enabled && self.config.graph.enabled;
-        let index = self.graph.add_keyframe(keep, pose, &image, self.segment);
+        let index = self.graph.add_keyframe(keep, pose, &image);
         let old = self.keyframe.replace(Keyframe {
             index,
             pose,
@@ -220,7 +220,8 @@ impl DepthOdometry {
     fn measure(&mut self, dt_s: f64) -> std::result::Result<Measured, Box<VelocityEstimate>> {
         let predicted = self.last.pose * pose_from_twist(&self.last.twist, dt_s);
         let mut found = self.align(dt_s, predicted, false);
-        if let (Ok(measured), Some(false)) = (&found, self.keyframe.as_ref().map(|k| k.shutter_undone))
+        if let (Ok(measured), Some(false)) =
+            (&found, self.keyframe.as_ref().map(|k| k.shutter_undone))
         {
             // Only now is it known how the camera moved while the keyframe was read out.
             let (twist, pose) = (measured.estimate.twist.unwrap_or_default(), measured.pose);

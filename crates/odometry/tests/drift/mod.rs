@@ -18,6 +18,25 @@ pub fn open(folder: &str) -> Option<Recording> {
     Some(open_recording(&Path::new(&root).join(folder), &OpenOptions::default()).unwrap())
 }
 
+/// The same, with the poses after comparing keyframes at the end.
+pub fn run_optimised(recording: &Recording, config: OdometryConfig) -> (Run, Run) {
+    let (mut odometry, first) = track(recording, config);
+    let begin = std::time::Instant::now();
+    let report = odometry.optimise();
+    println!("{report:?} in {:.1} s", begin.elapsed().as_secs_f64());
+    let corrected = odometry.trajectory().unwrap();
+    let mut second = Run {
+        results: first.results.clone(),
+        truth: first.truth.clone(),
+    };
+    for result in &mut second.results {
+        if let Some(pose) = corrected.interpolate(result.stamp, TRUTH_GAP_S) {
+            result.world_from_camera = pose;
+        }
+    }
+    (first, second)
+}
+
 /// A run with, frame by frame, the truth where it is known.
 pub struct Run {
     pub results: Vec<OdometryResult>,
@@ -25,6 +44,10 @@ pub struct Run {
 }
 
 pub fn run(recording: &Recording, config: OdometryConfig) -> Run {
+    track(recording, config).1
+}
+
+fn track(recording: &Recording, config: OdometryConfig) -> (DepthOdometry, Run) {
     let mut odometry = DepthOdometry::new(recording.camera().unwrap(), config).unwrap();
     let truth = recording.truth().unwrap();
     let results: Vec<OdometryResult> = (0..recording.len())
@@ -39,7 +62,7 @@ pub fn run(recording: &Recording, config: OdometryConfig) -> Run {
         .iter()
         .map(|r| truth.interpolate(r.stamp, TRUTH_GAP_S))
         .collect();
-    Run { results, truth }
+    (odometry, Run { results, truth })
 }
 
 /// What a run is judged by.
@@ -163,4 +186,3 @@ fn trajectory_error(estimated: &[Pose], truth: &[Pose]) -> f64 {
         / n)
         .sqrt()
 }
-
