@@ -3,10 +3,11 @@
 
 use crate::Result;
 use crate::binning::InverseDepth;
+use crate::brightness::{Brightness, GreyPyramid, Images};
 use crate::config::Config;
 use crate::pyramid::{FramePyramid, LevelStack};
 use crate::robust::{Prior, RobustSolver, Solution};
-use crate::row_motion::{RollingShutter, RowMotion};
+use crate::row_motion::{self, RollingShutter, RowMotion};
 use crate::warp::Warp;
 use crate::weak_form::{CellSums, Pair, WeakForm};
 use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
@@ -46,6 +47,8 @@ pub(crate) struct Task<'a> {
     pub(crate) prior: Option<(Pose, Matrix6<f64>)>,
     /// `None`: all rows were exposed at the stamp.
     pub(crate) readout: Option<ReadOut>,
+    /// Brightness of both images, where known: pixels see what those of the depth images do.
+    pub(crate) brightness: Option<(&'a GreyPyramid, &'a GreyPyramid)>,
     /// The finest level used.
     pub(crate) finest: usize,
     /// True to try samples where the first solve leaves more than noise.
@@ -83,6 +86,7 @@ pub(crate) struct Aligner {
     sums: Vec<CellSums>,
     solver: RobustSolver,
     flows: Vec<f64>,
+    brightness: Brightness,
 }
 
 impl Aligner {
@@ -97,6 +101,7 @@ impl Aligner {
             sums: Vec::new(),
             solver: RobustSolver::default(),
             flows: Vec::new(),
+            brightness: Brightness::default(),
         })
     }
 
@@ -123,7 +128,8 @@ impl Aligner {
             if known_share < config.min_known_share {
                 return Err((Reason::FewKnownPixels { share: known_share }, known_share));
             }
-            let prior = prior_of_step(task, &motion);
+            let mut prior = prior_of_step(task, &motion);
+            self.add_brightness(config, task, level, &mut prior);
             let solution = self
                 .solve(config, level, &prior, task.restart && solves == 0)
                 .map_err(|reason| (reason, known_share))?;
@@ -183,6 +189,7 @@ impl Aligner {
         let (first, second) = (&task.first.levels[level], &task.second.levels[level]);
         if motion == Pose::identity() && shutter.is_global() {
             // An image at rest needs no look-up, which would lose the borders of holes.
+            row_motion::fill(&mut self.rows, &motion, &shutter, tables.table.height);
             self.pair.fill(&tables.table, first, second);
             return;
         }
@@ -203,6 +210,31 @@ impl Aligner {
         }
         .fill(first, &mut self.rows, &mut self.warped);
         self.pair.fill(&tables.table, first, &self.warped);
+    }
+
+    /// What the brightness says of the step left, where there are images.
+    fn add_brightness(
+        &mut self,
+        config: &Config,
+        task: &Task<'_>,
+        level: usize,
+        prior: &mut Prior,
+    ) {
+        let Some((first, second)) = task.brightness else {
+            return;
+        };
+        let tables = &self.stack.levels[level];
+        let images = Images {
+            first_depth: &task.first.levels[level],
+            pair: &self.pair.mean,
+            first: &first.levels[level],
+            second: &second.levels[level],
+            rows: &self.rows,
+        };
+        let weight = config.brightness_weight;
+        let term = self.brightness.term(tables, &images, weight);
+        prior.information += term.information;
+        prior.gradient += term.gradient;
     }
 
     /// Weak form and robust solve of the current pair.
@@ -311,11 +343,14 @@ const REPEAT: usize = 1 << 16;
 
 /// What is known of the step that is left to do.
 fn prior_of_step(task: &Task<'_>, motion: &Pose) -> Prior {
-    task.prior
-        .map_or_else(Prior::none, |(known, information)| Prior {
-            motion: se3::log(&(known * motion.inverse())),
+    task.prior.map_or_else(Prior::none, |(known, information)| {
+        let motion = se3::log(&(known * motion.inverse()));
+        Prior {
+            motion,
             information,
-        })
+            gradient: information * motion,
+        }
+    })
 }
 
 /// A motion in metres: rotation counts at the scene's mean range.

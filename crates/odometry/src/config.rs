@@ -91,6 +91,9 @@ pub struct Config {
     pub max_rate_rad_s: f64,
     /// Longest time between two images that is still bridged, seconds.
     pub max_gap_s: f64,
+    /// What a block's brightness counts, as a share of an independent measurement: neighbours err
+    /// alike, by reflections, exposure and blur.
+    pub brightness_weight: f64,
     /// From the solve's covariance to an honest one.
     pub covariance: CovarianceModel,
 }
@@ -123,6 +126,7 @@ impl Default for Config {
             max_speed_m_s: 4.0,
             max_rate_rad_s: 8.0,
             max_gap_s: 0.5,
+            brightness_weight: 0.003,
             covariance: CovarianceModel::default(),
         }
     }
@@ -175,6 +179,7 @@ impl Config {
             ("domain_known_share", self.domain_known_share),
             ("max_unexplained_share", self.max_unexplained_share),
             ("min_known_share", self.min_known_share),
+            ("brightness_weight", self.brightness_weight),
             ("weak_score", self.weak_score),
             ("unobservable_score", self.unobservable_score),
             ("covariance.motion_share", self.covariance.motion_share),

@@ -2,13 +2,14 @@
 
 use crate::Result;
 use crate::align::{Aligner, Alignment, Task, size_m};
+use crate::brightness::GreyPyramid;
 use crate::config::Config;
 use crate::depth_image::DepthImage;
 use crate::motion::{pose_from_twist, twist_from_pose};
 use crate::observability::WeakDirection;
 use crate::pyramid::FramePyramid;
 use nalgebra::{Matrix6, Vector6};
-use sphereflow_core::{Error, Pose, Reason, TrackStatus, Twist};
+use sphereflow_core::{Error, Plane, Pose, Reason, TrackStatus, Twist};
 use sphereflow_sphere::Camera;
 
 /// What two depth images say of the camera's velocity.
@@ -75,6 +76,15 @@ impl VelocityPrior {
     }
 }
 
+/// What is known beside two depth images.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Also<'a> {
+    /// The velocity, from another sensor.
+    pub prior: Option<VelocityPrior>,
+    /// Brightness of both images, 0 to 255, whose pixels see what those of the depth images do.
+    pub brightness: Option<(&'a Plane<f32>, &'a Plane<f32>)>,
+}
+
 /// Velocity between two depth images of one camera.
 ///
 /// # Errors
@@ -101,6 +111,7 @@ pub struct VelocityEstimator {
     aligner: Aligner,
     first: FramePyramid,
     second: FramePyramid,
+    grey: [GreyPyramid; 2],
 }
 
 impl VelocityEstimator {
@@ -115,6 +126,7 @@ impl VelocityEstimator {
             config,
             first: FramePyramid::default(),
             second: FramePyramid::default(),
+            grey: Default::default(),
         })
     }
 
@@ -138,31 +150,38 @@ impl VelocityEstimator {
         second: impl Into<DepthImage<'a>>,
         dt_s: f64,
     ) -> Result<VelocityEstimate> {
-        self.estimate_with_prior(first, second, dt_s, None)
+        self.estimate_with(first, second, dt_s, &Also::default())
     }
 
-    /// The same with something known of the velocity beforehand.
+    /// The same with what else is known.
     ///
     /// # Errors
-    /// As [`estimate_velocity`], and where the prior is not finite or its information not symmetric
-    /// and positive.
-    pub fn estimate_with_prior<'a>(
+    /// As [`estimate_velocity`], where an image of the brightness is not of the camera's size, and
+    /// where the prior is not finite or its information not symmetric and positive.
+    pub fn estimate_with<'a>(
         &mut self,
         first: impl Into<DepthImage<'a>>,
         second: impl Into<DepthImage<'a>>,
         dt_s: f64,
-        prior: Option<&VelocityPrior>,
+        also: &Also<'_>,
     ) -> Result<VelocityEstimate> {
         if !(dt_s.is_finite() && dt_s > 0.0) {
             return Err(Error::value("dt_s", "a positive number of seconds", dt_s).into());
         }
-        if let Some(prior) = prior {
+        if let Some(prior) = &also.prior {
             check_prior(prior)?;
         }
         let stack = &self.aligner.stack;
         stack.average(&first.into(), "depth0", &mut self.first)?;
         stack.average(&second.into(), "depth1", &mut self.second)?;
-        let known = prior.map(|p| {
+        if let Some(images) = also.brightness {
+            let size = (self.camera.width(), self.camera.height());
+            let (block, levels) = (stack.finest_block, &stack.levels);
+            let [first, second] = &mut self.grey;
+            first.fill(images.0, "image0", size, block, levels)?;
+            second.fill(images.1, "image1", size, block, levels)?;
+        }
+        let known = also.prior.map(|p| {
             let pose = pose_from_twist(&p.twist, dt_s);
             (pose, p.information / (dt_s * dt_s))
         });
@@ -172,6 +191,7 @@ impl VelocityEstimator {
             guess: known.map_or_else(Default::default, |(pose, _)| pose),
             prior: known,
             readout: None,
+            brightness: also.brightness.map(|_| (&self.grey[0], &self.grey[1])),
             finest: 0,
             restart: true,
         };

@@ -7,6 +7,7 @@
 
 mod align;
 mod binning;
+mod brightness;
 mod config;
 mod depth_image;
 mod error;
@@ -30,12 +31,12 @@ mod weak_form;
 pub use config::{Config, CovarianceModel, Method, REFERENCE_WIDTH};
 pub use depth_image::DepthImage;
 pub use error::Error;
-pub use estimate::{VelocityEstimate, VelocityEstimator, VelocityPrior, estimate_velocity};
+pub use estimate::{Also, VelocityEstimate, VelocityEstimator, VelocityPrior, estimate_velocity};
 pub use graph::GraphConfig;
 pub use keyframe::{KeyframeMotion, KeyframePolicy};
 pub use motion::{pose_from_twist, twist_from_pose};
 pub use observability::WeakDirection;
-pub use odometry::{DepthOdometry, OdometryConfig, OdometryResult, Timings};
+pub use odometry::{DepthOdometry, Gyro, OdometryConfig, OdometryResult, Timings};
 pub use optimise::OptimiseReport;
 
 /// Result of the crate's fallible calls.

@@ -4,13 +4,13 @@ use crate::Result;
 use crate::align::{Aligner, Alignment, ReadOut, Task};
 use crate::config::Config;
 use crate::depth_image::DepthImage;
-use crate::estimate::{VelocityEstimate, judge_motion, keyframe_covariance};
+use crate::estimate::{VelocityEstimate, VelocityPrior, judge_motion, keyframe_covariance};
 use crate::graph::{GraphConfig, KeyframeGraph};
 use crate::keyframe::{Keyframe, KeyframeMotion, KeyframePolicy, LastFrame};
 use crate::motion::{pose_from_twist, twist_from_pose};
 use crate::pyramid::FramePyramid;
 use crate::row_motion::RollingShutter;
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Vector3};
 use sphereflow_core::{Error, Pose, Reason, Stamp, TrackStatus, Twist};
 use sphereflow_sphere::Camera;
 use std::time::Instant;
@@ -79,7 +79,34 @@ pub struct DepthOdometry {
     last_stamp: Option<Stamp>,
     pub(crate) last_pose: Pose,
     segment: u32,
+    /// That of the frame being measured.
+    gyro: Option<Gyro>,
     pub(crate) graph: KeyframeGraph,
+}
+
+/// A gyroscope's mean rate between two frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gyro {
+    /// Bias removed, in the camera's frame.
+    pub rate_rad_s: Vector3<f64>,
+    /// Standard deviation of each component; 0 holds the rotation fixed.
+    pub std_rad_s: f64,
+}
+
+impl Gyro {
+    fn check(&self) -> Result<()> {
+        let finite = self.rate_rad_s.iter().all(|v| v.is_finite());
+        if finite && self.std_rad_s.is_finite() && self.std_rad_s >= 0.0 {
+            return Ok(());
+        }
+        let expected = "finite rates with a standard deviation that is not negative";
+        Err(Error::value("gyro", expected, format!("{self:?}")).into())
+    }
+
+    /// As a prior for [`crate::VelocityEstimator`].
+    pub fn prior(&self) -> VelocityPrior {
+        VelocityPrior::of_gyro(self.rate_rad_s, self.std_rad_s.max(LEAST_GYRO_STD))
+    }
 }
 
 /// A frame that was measured.
@@ -112,6 +139,7 @@ impl DepthOdometry {
             last_stamp: None,
             last_pose: Pose::identity(),
             segment: 0,
+            gyro: None,
             graph: KeyframeGraph::default(),
         })
     }
@@ -130,6 +158,25 @@ impl DepthOdometry {
         depth: impl Into<DepthImage<'a>>,
         stamp: Stamp,
     ) -> Result<OdometryResult> {
+        self.push_with_gyro(depth, stamp, None)
+    }
+
+    /// The same with the mean angular rate since the last measured frame (bias removed, in the
+    /// camera's frame) and its standard deviation, from a gyroscope.
+    ///
+    /// # Errors
+    /// As [`DepthOdometry::push`], and where rate or deviation are not finite or the latter is
+    /// negative.
+    pub fn push_with_gyro<'a>(
+        &mut self,
+        depth: impl Into<DepthImage<'a>>,
+        stamp: Stamp,
+        gyro: Option<Gyro>,
+    ) -> Result<OdometryResult> {
+        if let Some(gyro) = &gyro {
+            gyro.check()?;
+        }
+        self.gyro = gyro;
         let begin = Instant::now();
         let stack = &self.aligner.stack;
         stack.average(&depth.into(), "depth", &mut self.current)?;
@@ -218,7 +265,11 @@ impl DepthOdometry {
     /// The pose of the current frame, against the keyframe, or against the frame before where the
     /// keyframe has gone out of sight; otherwise what was wrong.
     fn measure(&mut self, dt_s: f64) -> std::result::Result<Measured, Box<VelocityEstimate>> {
-        let predicted = self.last.pose * pose_from_twist(&self.last.twist, dt_s);
+        let mut twist = self.last.twist;
+        if let Some(gyro) = &self.gyro {
+            twist.angular_rad_s = gyro.rate_rad_s;
+        }
+        let predicted = self.last.pose * pose_from_twist(&twist, dt_s);
         let mut found = self.align(dt_s, predicted, false);
         if let (Ok(measured), Some(false)) =
             (&found, self.keyframe.as_ref().map(|k| k.shutter_undone))
@@ -289,8 +340,9 @@ impl DepthOdometry {
             first: &keyframe.image,
             second: &self.current,
             guess: keyframe_from_world * guess,
-            prior: None,
+            prior: self.rotation_prior(dt_s, &first_from_earlier),
             readout,
+            brightness: None,
             finest: 0,
             restart,
         };
@@ -324,6 +376,25 @@ impl DepthOdometry {
             keyframe_motion,
             estimate,
         })
+    }
+
+    /// The motion that the gyroscope predicts, with the information in the keyframe's frame: a
+    /// rotation about the camera is one about the keyframe, by the same angle.
+    fn rotation_prior(&self, dt_s: f64, keyframe_from_last: &Pose) -> Option<(Pose, Matrix6<f64>)> {
+        let gyro = self.gyro?;
+        let twist = Twist {
+            angular_rad_s: gyro.rate_rad_s,
+            linear_m_s: self.last.twist.linear_m_s,
+        };
+        let angle = gyro.std_rad_s.max(LEAST_GYRO_STD) * dt_s;
+        let mut information = Matrix6::zeros();
+        for k in 0..3 {
+            information[(k, k)] = 1.0 / (angle * angle);
+        }
+        Some((
+            *keyframe_from_last * pose_from_twist(&twist, dt_s),
+            information,
+        ))
     }
 
     /// The last frame becomes the keyframe. `next` is where the current frame is believed to be:
@@ -425,5 +496,7 @@ impl DepthOdometry {
     }
 }
 
+/// A rotation held fixed: small beside what images can tell, and far from rounding errors, rad/s.
+const LEAST_GYRO_STD: f64 = 1e-5;
 /// Longer than any camera takes for an image.
 const MAX_READOUT_S: f64 = 0.2;

@@ -120,6 +120,7 @@ impl DepthOdometry {
             second: &self.graph.keyframes[b].image,
             guess: predicted,
             prior: None,
+            brightness: None,
             readout: None, // undone when they became keyframes
             finest: self.aligner.stack.levels.len().min(2) - 1,
             restart: false,

@@ -42,10 +42,11 @@ pub(crate) struct Row {
 /// What is known of the motion apart from the images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Prior {
-    /// `[omega, v]`, radians and metres.
+    /// Taken by directions that nothing determines: `[omega, v]`, radians and metres.
     pub(crate) motion: Vector6<f64>,
-    /// Inverse of its covariance.
+    /// Inverse covariance of what is known, and its product with the motion known.
     pub(crate) information: Matrix6<f64>,
+    pub(crate) gradient: Vector6<f64>,
 }
 
 impl Prior {
@@ -54,6 +55,7 @@ impl Prior {
         Self {
             motion: Vector6::zeros(),
             information: Matrix6::zeros(),
+            gradient: Vector6::zeros(),
         }
     }
 }
@@ -227,7 +229,7 @@ impl RobustSolver {
     ) -> Step {
         let mut normal = prior.information * (sigma * sigma);
         let mut seen = normal;
-        let mut right = normal * prior.motion;
+        let mut right = prior.gradient * (sigma * sigma);
         for row in &self.rows {
             let (sharp, blunt) = weights(row);
             let square = row.coefficients * row.coefficients.transpose();
