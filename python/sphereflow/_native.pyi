@@ -15,6 +15,7 @@ __all__ = [
     "Frame",
     "FrameIterator",
     "OdometryResult",
+    "OptimiseReport",
     "Recording",
     "RecordingWriter",
     "SimulatedFrame",
@@ -33,6 +34,7 @@ __all__ = [
 _Floats = NDArray[np.float64]
 _Status = Literal["started", "tracked", "weak", "lost", "skipped"]
 _Along = Literal["axis", "ray"]
+_Method = Literal["pyramid", "single"]
 _Path = str | PathLike[str]
 _TrajectoryFormat = Literal["tum", "kitti", "euroc"]
 
@@ -194,6 +196,12 @@ class VelocityEstimate:
     @property
     def known_share(self) -> float: ...
     @property
+    def overlap(self) -> float: ...
+    @property
+    def flow_px(self) -> float: ...
+    @property
+    def rejected_share(self) -> float: ...
+    @property
     def domains(self) -> int: ...
     @property
     def residual_scale(self) -> float: ...
@@ -204,14 +212,44 @@ def estimate_velocity(
     depth1_m: ArrayLike,
     dt_s: float,
     *,
-    method: Literal["single"] = "single",
+    method: _Method = "pyramid",
     along: _Along = "axis",
-    warps: int | None = None,
     domains: int | None = None,
+    gyro_rad_s: ArrayLike | None = None,
+    gyro_std_rad_s: float = 3e-3,
+    prior_m_s: ArrayLike | None = None,
+    prior_std_m_s: float = 0.1,
+    image0: ArrayLike | None = None,
+    image1: ArrayLike | None = None,
+    brightness_weight: float | None = None,
+    max_std_m: float | None = None,
 ) -> VelocityEstimate: ...
 
 @final
+class OptimiseReport:
+    @property
+    def keyframes(self) -> int: ...
+    @property
+    def edges(self) -> int: ...
+    @property
+    def rejected(self) -> int: ...
+    @property
+    def failed(self) -> int: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def largest_change_m(self) -> float: ...
+
+@final
 class OdometryResult:
+    @property
+    def keyframe(self) -> int | None: ...
+    @property
+    def keyframe_from_camera(self) -> _Floats | None: ...
+    @property
+    def keyframe_covariance(self) -> _Floats | None: ...
+    @property
+    def rejected_share(self) -> float: ...
     @property
     def stamp_ns(self) -> int: ...
     @property
@@ -245,14 +283,28 @@ class DepthOdometry:
         cls,
         camera: Camera,
         *,
-        method: Literal["single"] = "single",
+        method: _Method = "pyramid",
         along: _Along = "axis",
-        warps: int | None = None,
         domains: int | None = None,
+        max_std_m: float | None = None,
+        keyframes: bool = True,
+        readout_s: float = 0.0,
+        depth_corrected: bool = False,
     ) -> DepthOdometry: ...
     @property
     def camera(self) -> Camera: ...
-    def push(self, depth_m: ArrayLike | None, stamp_ns: int) -> OdometryResult: ...
+    @property
+    def keyframe_count(self) -> int: ...
+    def push(
+        self,
+        depth_m: ArrayLike | None,
+        stamp_ns: int,
+        *,
+        gyro_rad_s: ArrayLike | None = None,
+        gyro_std_rad_s: float = 3e-3,
+    ) -> OdometryResult: ...
+    def optimise(self, progress: Callable[[int, int], object] | None = None) -> OptimiseReport: ...
+    def trajectory(self) -> Trajectory: ...
 
 @final
 class Frame:

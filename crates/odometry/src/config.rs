@@ -132,6 +132,25 @@ impl Default for Config {
     }
 }
 
+impl CovarianceModel {
+    /// Of a camera whose depth was calibrated: nothing grows with the motion.
+    pub fn calibrated() -> Self {
+        Self {
+            motion_share: 0.0,
+            ..Self::default()
+        }
+    }
+
+    /// Of exact geometry with independent noise, as in simulations: no floor at all.
+    pub fn independent() -> Self {
+        Self {
+            scale: 1.2,
+            floor_m: 0.0,
+            motion_share: 0.0,
+        }
+    }
+}
+
 impl Config {
     /// The defaults of a method.
     pub fn of(method: Method) -> Self {

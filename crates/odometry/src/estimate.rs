@@ -60,6 +60,24 @@ pub struct VelocityPrior {
 }
 
 impl VelocityPrior {
+    /// Nothing known.
+    pub fn none() -> Self {
+        Self {
+            twist: Twist::default(),
+            information: Matrix6::zeros(),
+        }
+    }
+
+    /// The same with a linear velocity, body frame, of a standard deviation.
+    #[must_use]
+    pub fn and_linear(mut self, linear_m_s: nalgebra::Vector3<f64>, std_m_s: f64) -> Self {
+        self.twist.linear_m_s = linear_m_s;
+        for k in 3..6 {
+            self.information[(k, k)] = 1.0 / (std_m_s * std_m_s);
+        }
+        self
+    }
+
     /// A gyroscope's rate (bias removed, in the camera's frame) with its standard deviation.
     pub fn of_gyro(gyro_rad_s: nalgebra::Vector3<f64>, std_rad_s: f64) -> Self {
         let mut information = Matrix6::zeros();

@@ -90,6 +90,11 @@ impl KeyframeGraph {
         index
     }
 
+    /// Keyframes made so far, kept or not.
+    pub(crate) fn keyframe_count(&self) -> usize {
+        self.next_index
+    }
+
     /// The keyframe's image once its rolling shutter is undone.
     pub(crate) fn replace_image(&mut self, index: usize, image: &FramePyramid) {
         if let Some(node) = self.keyframes.get_mut(index) {

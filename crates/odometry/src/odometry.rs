@@ -149,6 +149,11 @@ impl DepthOdometry {
         &self.config
     }
 
+    /// Keyframes so far.
+    pub fn keyframe_count(&self) -> usize {
+        self.graph.keyframe_count()
+    }
+
     /// The next frame.
     ///
     /// # Errors

@@ -27,7 +27,7 @@ mod _native {
     #[pymodule_export]
     use crate::grid::PySphereGrid;
     #[pymodule_export]
-    use crate::odometry::{PyDepthOdometry, PyOdometryResult};
+    use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
     #[pymodule_export]
