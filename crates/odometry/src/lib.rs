@@ -15,6 +15,7 @@ mod observability;
 mod odometry;
 mod robust;
 mod sphere_table;
+pub mod thesis;
 mod tiling;
 mod warp;
 mod weak_form;
@@ -26,6 +27,7 @@ pub use estimate::{VelocityEstimate, VelocityEstimator, estimate_velocity};
 pub use motion::{pose_from_twist, twist_from_pose};
 pub use observability::WeakDirection;
 pub use odometry::{DepthOdometry, OdometryResult, Timings};
+pub use thesis::{RowWeights, ThesisConfig, ThesisEstimator, TimeRule};
 
 /// Result of the crate's fallible calls.
 pub type Result<T> = std::result::Result<T, Error>;
