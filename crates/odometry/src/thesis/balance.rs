@@ -12,8 +12,10 @@ use nalgebra::{Vector2, Vector6};
 use rayon::prelude::*;
 use sphereflow_sphere::Camera;
 
-/// No such pixel or cell: beyond the image's border.
-const NONE: usize = usize::MAX;
+/// No such cell: beyond the image's border.
+const NO_CELL: usize = usize::MAX;
+/// No such pixel.
+const NO_PIXEL: u32 = u32::MAX;
 
 /// The sums of one cell; NaN where a pixel of it is unknown in either image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,13 +34,19 @@ pub(crate) struct CellBalance {
 #[derive(Clone, Copy, Debug)]
 struct BorderEdge {
     /// Pixels behind, before, after and beyond the edge, in the direction of +z1 or +z2.
-    line: [usize; 4],
-    /// Cells before and after.
-    cells: [usize; 2],
+    line: [u32; 4],
     /// Range over depth along the axis at the edge's middle.
     length: f64,
-    /// Outward for the cell before.
+    /// Outward for the cell before; the factor 3/2 of D^2 is within.
     element: EdgeElement,
+}
+
+/// The whole border between two cells.
+#[derive(Clone, Debug)]
+struct Border {
+    /// Before and after, in the direction of +z1 or +z2.
+    cells: [usize; 2],
+    edges: std::ops::Range<usize>,
 }
 
 /// Tables of a camera, and room for the sums.
@@ -52,6 +60,7 @@ pub(crate) struct Balance {
     area_axis: Vec<f32>,
     cell_area: Vec<f64>,
     edges: Vec<BorderEdge>,
+    borders: Vec<Border>,
     /// For each row of cells, the columns of the image: change, volume, known pixels.
     columns: Vec<f64>,
     pub(crate) cells: Vec<CellBalance>,
@@ -68,6 +77,7 @@ impl Balance {
             area_axis: Vec::with_capacity(width * height),
             cell_area: vec![0.0; domains.across() * domains.down()],
             edges: Vec::new(),
+            borders: Vec::new(),
             columns: vec![0.0; 3 * width * domains.down()],
             cells: Vec::new(),
             domains,
@@ -77,67 +87,67 @@ impl Balance {
             cells_of(&balance.domains.rows),
         );
         let across = balance.domains.across();
-        for y in 0..height {
-            for x in 0..width {
+        for (y, row) in row_of.iter().enumerate() {
+            for (x, column) in column_of.iter().enumerate() {
                 let (xf, yf) = (x as f64, y as f64);
                 let length = length(xf, yf); // NaN where the lens sees nothing
                 let area = table.pixel_area(xf, yf) + 0.0 * length;
                 balance.area.push(area as f32);
                 balance.area_axis.push((area * length.powi(3)) as f32);
-                balance.cell_area[row_of[y] * across + column_of[x]] += area;
+                balance.cell_area[row * across + column] += area;
             }
         }
-        balance.add_upright_edges(table, &row_of, length);
-        balance.add_level_edges(table, &column_of, length);
+        balance.add_borders(Side::HighZ1, table, length);
+        balance.add_borders(Side::HighZ2, table, length);
         balance
     }
 
-    fn add_upright_edges(
-        &mut self,
-        table: &EdgeTable,
-        row_of: &[usize],
-        length: impl Fn(f64, f64) -> f64,
-    ) {
-        let (width, across) = (self.width, self.domains.across());
-        for (i, &x) in self.domains.columns.iter().enumerate() {
-            for (y, row) in row_of.iter().enumerate() {
-                let cell = |i: usize| if i < across { row * across + i } else { NONE };
-                let at = |k: usize| x.checked_add(k).and_then(|x| x.checked_sub(2));
-                let pixel = |k: usize| at(k).filter(|&x| x < width).map_or(NONE, |x| y * width + x);
-                let middle = (x as f64 - 0.5, y as f64);
-                self.edges.push(BorderEdge {
-                    line: [0, 1, 2, 3].map(pixel),
-                    cells: [i.checked_sub(1).map_or(NONE, cell), cell(i)],
-                    length: length(middle.0, middle.1),
-                    element: table.pixel_edge(Side::HighZ1, middle.0, middle.1),
-                });
-            }
-        }
-    }
-
-    fn add_level_edges(
-        &mut self,
-        table: &EdgeTable,
-        column_of: &[usize],
-        length: impl Fn(f64, f64) -> f64,
-    ) {
-        let (width, across, down) = (self.width, self.domains.across(), self.domains.down());
+    /// The borders between cells side by side (`HighZ1`) or one above the other (`HighZ2`), those of
+    /// the image included.
+    fn add_borders(&mut self, side: Side, table: &EdgeTable, length: impl Fn(f64, f64) -> f64) {
+        let (across, down) = (self.domains.across(), self.domains.down());
+        let width = self.width;
         let height = self.area.len() / width;
-        for (i, &y) in self.domains.rows.iter().enumerate() {
-            for (x, column) in column_of.iter().enumerate() {
-                let cell = |i: usize| if i < down { i * across + column } else { NONE };
-                let at = |k: usize| y.checked_add(k).and_then(|y| y.checked_sub(2));
-                let pixel = |k: usize| {
-                    at(k)
-                        .filter(|&y| y < height)
-                        .map_or(NONE, |y| y * width + x)
+        let level = side.is_level();
+        let (count, lanes) = if level {
+            (down, across)
+        } else {
+            (across, down)
+        };
+        let size = if level { height } else { width };
+        let domains = self.domains.clone();
+        let (places, runs) = if level {
+            (&domains.rows, &domains.columns)
+        } else {
+            (&domains.columns, &domains.rows)
+        };
+        for (i, &place) in places.iter().enumerate() {
+            for lane in 0..lanes {
+                let cell = |i: usize| match (i < count, level) {
+                    (false, _) => NO_CELL,
+                    (true, true) => i * across + lane,
+                    (true, false) => lane * across + i,
                 };
-                let middle = (x as f64, y as f64 - 0.5);
-                self.edges.push(BorderEdge {
-                    line: [0, 1, 2, 3].map(pixel),
-                    cells: [i.checked_sub(1).map_or(NONE, cell), cell(i)],
-                    length: length(middle.0, middle.1),
-                    element: table.pixel_edge(Side::HighZ2, middle.0, middle.1),
+                let start = self.edges.len();
+                for t in runs[lane]..runs[lane + 1] {
+                    let pixel = |k: usize| {
+                        let s = (place + k).checked_sub(2).filter(|&s| s < size);
+                        let (x, y) = if level { (Some(t), s) } else { (s, Some(t)) };
+                        x.zip(y).map_or(NO_PIXEL, |(x, y)| (y * width + x) as u32)
+                    };
+                    let (along, at) = (t as f64, place as f64 - 0.5);
+                    let (x, y) = if level { (along, at) } else { (at, along) };
+                    let mut element = table.pixel_edge(side, x, y);
+                    element.normal *= 1.5;
+                    self.edges.push(BorderEdge {
+                        line: [0, 1, 2, 3].map(pixel),
+                        length: length(x, y),
+                        element,
+                    });
+                }
+                self.borders.push(Border {
+                    cells: [i.checked_sub(1).map_or(NO_CELL, cell), cell(i)],
+                    edges: start..self.edges.len(),
                 });
             }
         }
@@ -160,11 +170,8 @@ impl Balance {
     ) -> f64 {
         let known = self.add_insides(first, second);
         match time {
-            TimeRule::Forward => self.add_contours(first, 1.0),
-            TimeRule::Trapezoid => {
-                self.add_contours(first, 0.5);
-                self.add_contours(second, 0.5);
-            }
+            TimeRule::Forward => self.add_contours([first]),
+            TimeRule::Trapezoid => self.add_contours([first, second]),
         }
         known / self.area.len() as f64
     }
@@ -217,24 +224,30 @@ impl Balance {
         known
     }
 
-    fn add_contours(&mut self, image: &DepthImage<'_>, share: f64) {
-        let metres = image.metres();
-        let axis = image.axis();
-        for edge in &self.edges {
-            let length = match axis {
-                Axis::Optical => edge.length,
-                Axis::Ray => 1.0,
-            };
-            let range = length / inverse_at_edge(metres, &edge.line);
-            let square = share * range * range;
-            let tangent = edge.element.tangent * (square * range);
-            let normal = edge.element.normal * (1.5 * square);
-            let values = Vector6::new(
-                tangent.x, tangent.y, tangent.z, normal.x, normal.y, normal.z,
-            );
-            for (cell, sign) in edge.cells.into_iter().zip([1.0, -1.0]) {
+    /// Adds the contours with the mean of D^3 and of D^2 of the images.
+    fn add_contours<const N: usize>(&mut self, images: [&DepthImage<'_>; N]) {
+        for border in &self.borders {
+            let mut sum = Vector6::zeros();
+            for edge in &self.edges[border.edges.clone()] {
+                let (mut square, mut cube) = (0.0, 0.0);
+                for image in images {
+                    let range = match image.axis() {
+                        Axis::Optical => edge.length,
+                        Axis::Ray => 1.0,
+                    } * at_edge(image.metres(), &edge.line);
+                    square += range * range;
+                    cube += range * range * range;
+                }
+                let (tangent, normal) = (&edge.element.tangent, &edge.element.normal);
+                for k in 0..3 {
+                    sum[k] += cube * tangent[k];
+                    sum[3 + k] += square * normal[k];
+                }
+            }
+            sum /= N as f64;
+            for (cell, sign) in border.cells.into_iter().zip([1.0, -1.0]) {
                 if let Some(cell) = self.cells.get_mut(cell) {
-                    cell.coefficients += values * sign;
+                    cell.coefficients += sum * sign;
                 }
             }
         }
@@ -262,24 +275,22 @@ fn cube(metres: f32) -> f64 {
     metres * metres * metres
 }
 
-/// Inverse of what the image holds, between the middle two of four pixels in a line: on a plane
-/// seen by a pinhole the inverse depth is linear in the pixels. Where only one of the two is known,
-/// the line through it and the pixel behind it goes on to the edge.
-fn inverse_at_edge(metres: &[f32], line: &[usize; 4]) -> f64 {
-    let inverse = |k: usize| {
-        metres
-            .get(line[k])
-            .map_or(f64::NAN, |&m| 1.0 / f64::from(m))
+/// What the image holds between the middle two of four pixels in a line, from the mean of their
+/// inverses: on a plane seen by a pinhole the inverse depth is linear in the pixels. Where only one
+/// of the two is known, the line through it and the pixel behind it goes on to the edge.
+fn at_edge(metres: &[f32], line: &[u32; 4]) -> f64 {
+    let get = |k: usize| {
+        let value = metres.get(line[k] as usize).copied();
+        f64::from(value.unwrap_or(f32::NAN))
     };
-    let (a, b) = (inverse(1), inverse(2));
-    let (near, behind) = match (a.is_nan(), b.is_nan()) {
-        (false, false) => return 0.5 * (a + b),
-        (false, true) => (a, inverse(0)),
-        (true, false) => (b, inverse(3)),
-        (true, true) => return f64::NAN,
-    };
-    let extended = 1.5 * near - 0.5 * behind;
-    if extended > 0.0 { extended } else { near } // also where the pixel behind is unknown
+    let (a, b) = (get(1), get(2));
+    let mean = 2.0 * a * b / (a + b);
+    if !mean.is_nan() {
+        return mean;
+    }
+    let (near, behind) = if a.is_nan() { (b, get(3)) } else { (a, get(0)) };
+    let extended = 1.5 / near - 0.5 / behind;
+    if extended > 0.0 { 1.0 / extended } else { near } // also where the pixel behind is unknown
 }
 
 /// Range along the ray over depth along the axis; NaN where the lens sees nothing.

@@ -61,8 +61,8 @@ pub(crate) mod contour {
 
     /// Points and weights of Gauss's rule of eight points on (-1, 1).
     const GAUSS: [(f64, f64); 4] = [
-        (0.183_434_642_495_649_8, 0.362_683_783_378_362_0),
-        (0.525_532_409_916_329_0, 0.313_706_645_877_887_3),
+        (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+        (0.525_532_409_916_329, 0.313_706_645_877_887_3),
         (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
         (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
     ];
@@ -117,7 +117,7 @@ pub(crate) mod contour {
         };
         EdgeElement {
             tangent: (at(to) - at(from)) * sense,
-            normal: gauss(from, to, |t| derivative(&at, t).cross(&at(t))) * sense,
+            normal: gauss(from, to, |t| derivative(at, t).cross(&at(t))) * sense,
         }
     }
 
