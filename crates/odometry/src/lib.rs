@@ -8,8 +8,10 @@
 mod binning;
 mod config;
 mod depth_image;
+mod direction_name;
 mod error;
 mod estimate;
+mod information;
 mod motion;
 mod observability;
 mod odometry;
@@ -22,8 +24,10 @@ mod weak_form;
 
 pub use config::{Config, CovarianceModel, Method};
 pub use depth_image::DepthImage;
+pub use direction_name::{DirectionName, direction_name};
 pub use error::Error;
 pub use estimate::{VelocityEstimate, VelocityEstimator, estimate_velocity};
+pub use information::{Information, information};
 pub use motion::{pose_from_twist, twist_from_pose};
 pub use observability::WeakDirection;
 pub use odometry::{DepthOdometry, OdometryResult, Timings};
