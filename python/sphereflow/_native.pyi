@@ -14,6 +14,7 @@ __all__ = [
     "DepthOdometry",
     "Frame",
     "FrameIterator",
+    "Information",
     "OdometryResult",
     "Recording",
     "RecordingWriter",
@@ -27,6 +28,7 @@ __all__ = [
     "__version__",
     "associate",
     "estimate_velocity",
+    "information",
     "open_recording",
 ]
 
@@ -209,6 +211,25 @@ def estimate_velocity(
     warps: int | None = None,
     domains: int | None = None,
 ) -> VelocityEstimate: ...
+
+@final
+class Information:
+    @property
+    def matrix(self) -> _Floats: ...
+    @property
+    def mean_range_m(self) -> float: ...
+    @property
+    def eigenvalues(self) -> _Floats: ...
+    @property
+    def directions(self) -> _Floats: ...
+    @property
+    def score(self) -> float: ...
+    @property
+    def domains(self) -> int: ...
+    def unseen(self, limit: float = 0.01) -> _Floats: ...
+    def unseen_names(self, limit: float = 0.01) -> list[str]: ...
+
+def information(camera: Camera, depth_m: ArrayLike, *, along: _Along = "axis") -> Information: ...
 
 @final
 class OdometryResult:

@@ -5,6 +5,7 @@ mod camera;
 mod errors;
 mod frame;
 mod grid;
+mod information;
 mod odometry;
 mod recording;
 mod sim;
@@ -26,6 +27,8 @@ mod _native {
     use crate::frame::{PyFrame, PyFrameIterator};
     #[pymodule_export]
     use crate::grid::PySphereGrid;
+    #[pymodule_export]
+    use crate::information::{PyInformation, py_information};
     #[pymodule_export]
     use crate::odometry::{PyDepthOdometry, PyOdometryResult};
     #[pymodule_export]
