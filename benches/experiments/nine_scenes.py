@@ -137,6 +137,6 @@ def main(out: Path) -> None:
         ylabel="seen, as a share of the best seen direction",
         title="What one range image lets see of the six velocities (Theorem 3)",
     )
-    axes.legend(loc="upper right", fontsize="small")
+    axes.legend(loc="lower right", fontsize="small")
     figure.savefig(out / "nine_scenes.png", dpi=100)
     plt.close(figure)
