@@ -89,6 +89,7 @@ def estimates(camera: sf.Camera, images: list[np.ndarray], method: str) -> np.nd
     return np.array(rows)
 
 
+# Thesis: Figure 6.2, Figure 6.3.
 def main(out: Path, duration_s: float = REST_S + PART_S * len(PARTS) + REST_S) -> None:
     """Print the errors and draw both pictures."""
     camera, images, truth = sequence(duration_s)

@@ -74,6 +74,7 @@ BOX = [
     for sign in (1.0, -1.0)
 ]
 # Name, whole sphere or a view of 58 x 45 degrees, place, scene, dimension of what goes unseen.
+# Thesis: Theorem 3.
 SCENES: list[tuple[str, bool, np.ndarray, Caster, int]] = [
     ("sphere", True, POSITION_M, ellipsoid(2, 2, 2), 3),
     ("spheroid", True, POSITION_M, ellipsoid(2, 1.5, 2), 1),

@@ -21,6 +21,7 @@ def rows(text: str) -> list[tuple[float, ...]]:
     return [tuple(map(float, row)) for row in pattern.findall(text)]
 
 
+# Thesis: Table 6.1.
 def main(out: Path) -> None:
     """Print the table and draw the picture; says so where there is no cargo to time with."""
     if shutil.which("cargo") is None:

@@ -141,7 +141,8 @@ fn thesis_estimate_does_not_depend_on_the_thread_count() {
         let config = ThesisConfig::default();
         pool.install(|| run(&Scene::room(), &pinhole(), &motion(), DT_S, config))
     };
-    assert_eq!(run(1), run(3));
+    // As text, which holds every digit: a field that was not measured is NaN, equal to nothing.
+    assert_eq!(format!("{:?}", run(1)), format!("{:?}", run(3)));
 }
 
 /// Thesis: Theorem 3: one wall lets three motions go unseen: they are not answered with zero but
