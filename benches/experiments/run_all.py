@@ -5,7 +5,7 @@ import importlib
 import sys
 from pathlib import Path
 
-EXPERIMENTS = ["figure_2_1", "demo_room"]
+EXPERIMENTS = ["figure_2_1", "figure_6_2", "nine_scenes", "table_6_1", "demo_room"]
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ __all__ = [
     "DepthOdometry",
     "Frame",
     "FrameIterator",
+    "Information",
     "OdometryResult",
     "OptimiseReport",
     "Recording",
@@ -28,6 +29,7 @@ __all__ = [
     "__version__",
     "associate",
     "estimate_velocity",
+    "information",
     "open_recording",
 ]
 
@@ -226,6 +228,7 @@ def estimate_velocity(
 ) -> VelocityEstimate: ...
 
 @final
+<<<<<<< HEAD
 class OptimiseReport:
     @property
     def keyframes(self) -> int: ...
@@ -239,6 +242,25 @@ class OptimiseReport:
     def converged(self) -> bool: ...
     @property
     def largest_change_m(self) -> float: ...
+=======
+class Information:
+    @property
+    def matrix(self) -> _Floats: ...
+    @property
+    def mean_range_m(self) -> float: ...
+    @property
+    def eigenvalues(self) -> _Floats: ...
+    @property
+    def directions(self) -> _Floats: ...
+    @property
+    def score(self) -> float: ...
+    @property
+    def domains(self) -> int: ...
+    def unseen(self, limit: float = 0.01) -> _Floats: ...
+    def unseen_names(self, limit: float = 0.01) -> list[str]: ...
+
+def information(camera: Camera, depth_m: ArrayLike, *, along: _Along = "axis") -> Information: ...
+>>>>>>> thesis
 
 @final
 class OdometryResult:

@@ -2,16 +2,20 @@
 
 from sphereflow._native import (
     DepthOdometry,
+    Information,
     OdometryResult,
     OptimiseReport,
     VelocityEstimate,
     estimate_velocity,
+    information,
 )
 
 __all__ = [
     "DepthOdometry",
+    "Information",
     "OdometryResult",
     "OptimiseReport",
     "VelocityEstimate",
     "estimate_velocity",
+    "information",
 ]

@@ -10,10 +10,15 @@ mod binning;
 mod brightness;
 mod config;
 mod depth_image;
+mod direction_name;
 mod error;
 mod estimate;
+<<<<<<< HEAD
 mod graph;
 mod keyframe;
+=======
+mod information;
+>>>>>>> thesis
 mod motion;
 mod observability;
 mod odometry;
@@ -24,13 +29,16 @@ mod pyramid;
 mod robust;
 mod row_motion;
 mod sphere_table;
+pub mod thesis;
 mod tiling;
 mod warp;
 mod weak_form;
 
 pub use config::{Config, CovarianceModel, Method, REFERENCE_WIDTH};
 pub use depth_image::DepthImage;
+pub use direction_name::{DirectionName, direction_name};
 pub use error::Error;
+<<<<<<< HEAD
 pub use estimate::{Also, VelocityEstimate, VelocityEstimator, VelocityPrior, estimate_velocity};
 pub use graph::GraphConfig;
 pub use keyframe::{KeyframeMotion, KeyframePolicy};
@@ -38,6 +46,14 @@ pub use motion::{pose_from_twist, twist_from_pose};
 pub use observability::WeakDirection;
 pub use odometry::{DepthOdometry, Gyro, OdometryConfig, OdometryResult, Timings};
 pub use optimise::OptimiseReport;
+=======
+pub use estimate::{VelocityEstimate, VelocityEstimator, estimate_velocity};
+pub use information::{Information, information};
+pub use motion::{pose_from_twist, twist_from_pose};
+pub use observability::WeakDirection;
+pub use odometry::{DepthOdometry, OdometryResult, Timings};
+pub use thesis::{RowWeights, ThesisConfig, ThesisEstimator, TimeRule};
+>>>>>>> thesis
 
 /// Result of the crate's fallible calls.
 pub type Result<T> = std::result::Result<T, Error>;

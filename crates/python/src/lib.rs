@@ -5,6 +5,7 @@ mod camera;
 mod errors;
 mod frame;
 mod grid;
+mod information;
 mod odometry;
 mod recording;
 mod sim;
@@ -27,7 +28,13 @@ mod _native {
     #[pymodule_export]
     use crate::grid::PySphereGrid;
     #[pymodule_export]
+<<<<<<< HEAD
     use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
+=======
+    use crate::information::{PyInformation, py_information};
+    #[pymodule_export]
+    use crate::odometry::{PyDepthOdometry, PyOdometryResult};
+>>>>>>> thesis
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
     #[pymodule_export]
