@@ -13,6 +13,7 @@ mod estimate;
 mod motion;
 mod observability;
 mod odometry;
+mod range_flow;
 mod robust;
 mod sphere_table;
 mod tiling;
@@ -26,6 +27,7 @@ pub use estimate::{VelocityEstimate, VelocityEstimator, estimate_velocity};
 pub use motion::{pose_from_twist, twist_from_pose};
 pub use observability::WeakDirection;
 pub use odometry::{DepthOdometry, OdometryResult, Timings};
+pub use range_flow::{RangeFlow, RangeFlowConfig};
 
 /// Result of the crate's fallible calls.
 pub type Result<T> = std::result::Result<T, Error>;
