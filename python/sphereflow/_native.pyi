@@ -1,6 +1,6 @@
 """Types of the compiled half of sphereflow. Private: import `sphereflow`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, final
@@ -15,6 +15,7 @@ __all__ = [
     "Frame",
     "FrameIterator",
     "OdometryResult",
+    "RangeFlow",
     "Recording",
     "RecordingWriter",
     "SimulatedFrame",
@@ -253,6 +254,24 @@ class DepthOdometry:
     @property
     def camera(self) -> Camera: ...
     def push(self, depth_m: ArrayLike | None, stamp_ns: int) -> OdometryResult: ...
+
+@final
+class RangeFlow:
+    def __new__(
+        cls, camera: Camera, *, levels: Sequence[int] = (16, 8, 4), along: _Along = "axis"
+    ) -> RangeFlow: ...
+    @property
+    def camera(self) -> Camera: ...
+    @property
+    def levels(self) -> list[int]: ...
+    def estimate(
+        self,
+        depth0_m: ArrayLike,
+        depth1_m: ArrayLike,
+        dt_s: float,
+        *,
+        guess: ArrayLike | None = None,
+    ) -> VelocityEstimate: ...
 
 @final
 class Frame:

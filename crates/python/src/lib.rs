@@ -6,6 +6,7 @@ mod errors;
 mod frame;
 mod grid;
 mod odometry;
+mod range_flow;
 mod recording;
 mod sim;
 mod simulated_frame;
@@ -28,6 +29,8 @@ mod _native {
     use crate::grid::PySphereGrid;
     #[pymodule_export]
     use crate::odometry::{PyDepthOdometry, PyOdometryResult};
+    #[pymodule_export]
+    use crate::range_flow::PyRangeFlow;
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
     #[pymodule_export]

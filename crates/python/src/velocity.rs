@@ -58,7 +58,7 @@ pub fn reason(status: &TrackStatus) -> Option<String> {
 
 /// What two depth images say of the camera's velocity.
 #[pyclass(name = "VelocityEstimate", module = "sphereflow.odometry", frozen)]
-pub struct PyVelocityEstimate(VelocityEstimate);
+pub struct PyVelocityEstimate(pub(crate) VelocityEstimate);
 
 impl PyVelocityEstimate {
     fn part(&self, take: impl Fn(&Twist) -> Vector3<f64>) -> Vector3<f64> {
