@@ -120,7 +120,7 @@ def test_range_flow_on_exact_depth_finds_the_motion() -> None:
 
 def test_range_flow_bad_input_is_named() -> None:
     wall = np.ones((240, 320), np.float32)
-    with pytest.raises(sf.ValueRangeError, match="levels.*coarse to fine"):
+    with pytest.raises(sf.ValueRangeError, match=r"levels.*coarse to fine"):
         sf.odometry.RangeFlow(CAMERA, levels=[4, 16])
     flow = sf.odometry.RangeFlow(CAMERA)
     with pytest.raises(sf.ValueRangeError, match="dt_s"):

@@ -13,7 +13,10 @@ from benches.peers.motion import motion_of
 
 
 class WeakForm:
-    """`sphereflow.odometry.estimate_velocity`; raises where the build knows no such option."""
+    """`sphereflow.odometry.estimate_velocity`; raises where the build knows no such option.
+
+    Its time has the camera's tables in it, which the function makes anew in each call.
+    """
 
     def __init__(self, camera: sf.Camera, options: Mapping[str, Any]) -> None:  # noqa: D107
         self.camera, self.options = camera, dict(options)

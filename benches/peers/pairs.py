@@ -22,12 +22,12 @@ RATE_HZ = 30.0
 TOUR_S = 25.0
 
 
-def simulator(noise: str) -> sf.sim.Simulator:
+def simulator(noise: str, tour_s: float = TOUR_S) -> sf.sim.Simulator:
     """The room and the motion; seeds are the simulator's default."""
     return sf.sim.Simulator(
         scene="furnished_room",
         motion="room_tour",
-        duration_s=TOUR_S,
+        duration_s=tour_s,
         rate_hz=RATE_HZ,
         depth_noise=noise,
     )
@@ -38,9 +38,9 @@ def cell_name(noise: str, gap: int) -> str:
     return f"{noise}, {round(1e3 * gap / RATE_HZ)} ms"
 
 
-def draw(folder: Path, noise: str, count: int) -> None:
+def draw(folder: Path, noise: str, count: int, tour_s: float = TOUR_S) -> None:
     """Draws ``count`` pairs, spread evenly over the tour, one file each."""
-    drawn = simulator(noise)
+    drawn = simulator(noise, tour_s)
     last = len(drawn) - max(GAPS) - 1
     starts = np.linspace(0, last, count).astype(int).tolist()
     wanted = {start + index for start in starts for index in (0, *GAPS)}

@@ -41,17 +41,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"--only {' '.join(options.only)} names no row; see --list", file=sys.stderr)
         return 2
     folders = _folders(options.recordings)
-    old = results.read(options.merge) if options.merge else []
+    old: list[Result] = []
+    for path in options.merge:
+        old = results.merged(old, results.read(path))
     options.out.mkdir(parents=True, exist_ok=True)
     found: list[Result] = []
     for result in _measured(rows, folders, options):
         found.append(result)
         print(_line(result), flush=True)
-        together = results.merged(old, found)
-        results.write(options.out / "peers.json", together)
-        (options.out / "peers.md").write_text(report.markdown(together))
-    print((options.out / "peers.md").read_text() if found else "nothing to do: see --help")
+        _keep(results.merged(old, found), options.out)
+    if not old and not found:
+        print("nothing to do: see --help", file=sys.stderr)
+        return 2
+    print(_keep(results.merged(old, found), options.out))
     return 1 if any(result.status == "failed" for result in found) else 0
+
+
+def _keep(found: list[Result], folder: Path) -> str:
+    """Writes the results in the order of the table of rows; returns the text."""
+    order = {row.name: number for number, row in enumerate(ROWS)}
+    found = sorted(found, key=lambda result: order.get(result.name, len(order)))
+    text = report.markdown(found)
+    results.write(folder / "peers.json", found)
+    (folder / "peers.md").write_text(text)
+    return text
 
 
 def measure(row: Row, part: str, data: str, mode: str, **arguments: Any) -> Result:
@@ -87,9 +100,9 @@ def _measured(
 ) -> Iterator[Result]:
     budget_s = options.budget
     with tempfile.TemporaryDirectory(prefix="peers-") as scratch:
-        for noise in pairs.NOISES if options.pairs else ():
+        for noise in options.noise if options.pairs else ():
             print(f"drawing {options.pairs} pairs with {noise} noise ...", flush=True)
-            pairs.draw(Path(scratch), noise, options.pairs)
+            pairs.draw(Path(scratch), noise, options.pairs, options.tour)
             for gap in pairs.GAPS:
                 for row in rows:
                     if not row.pairs:
@@ -143,6 +156,10 @@ def _parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add("--pairs", type=int, default=100, metavar="N", help="simulated pairs (100; 0: none)")
     add(
+        "--noise", nargs="+", choices=pairs.NOISES, default=pairs.NOISES, help="of the pairs (both)"
+    )
+    add("--tour", type=float, default=pairs.TOUR_S, metavar="S", help="the pairs' tour (25 s)")
+    add(
         "--recordings",
         nargs="*",
         metavar="NAME",
@@ -151,7 +168,14 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--only", nargs="+", default=[], metavar="WORD", help="ours, peers, or part of a row's name"
     )
-    add("--merge", type=Path, metavar="FILE.json", help="keep the results of an earlier run")
+    add(
+        "--merge",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="FILE.json",
+        help="keep the results of earlier runs where this one has none",
+    )
     add("--out", type=Path, default=Path("out/peers"), metavar="FOLDER", help="(out/peers)")
     add("--budget", type=float, default=300.0, metavar="S", help="seconds for each row (300)")
     add("--max-frames", type=int, metavar="N", help="of each recording (all)")
