@@ -1,6 +1,6 @@
 """Types of the compiled half of sphereflow. Private: import `sphereflow`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, final
@@ -17,6 +17,7 @@ __all__ = [
     "Information",
     "OdometryResult",
     "OptimiseReport",
+    "RangeFlow",
     "Recording",
     "RecordingWriter",
     "SimulatedFrame",
@@ -228,7 +229,6 @@ def estimate_velocity(
 ) -> VelocityEstimate: ...
 
 @final
-<<<<<<< HEAD
 class OptimiseReport:
     @property
     def keyframes(self) -> int: ...
@@ -242,7 +242,8 @@ class OptimiseReport:
     def converged(self) -> bool: ...
     @property
     def largest_change_m(self) -> float: ...
-=======
+
+@final
 class Information:
     @property
     def matrix(self) -> _Floats: ...
@@ -260,7 +261,6 @@ class Information:
     def unseen_names(self, limit: float = 0.01) -> list[str]: ...
 
 def information(camera: Camera, depth_m: ArrayLike, *, along: _Along = "axis") -> Information: ...
->>>>>>> thesis
 
 @final
 class OdometryResult:
@@ -327,6 +327,24 @@ class DepthOdometry:
     ) -> OdometryResult: ...
     def optimise(self, progress: Callable[[int, int], object] | None = None) -> OptimiseReport: ...
     def trajectory(self) -> Trajectory: ...
+
+@final
+class RangeFlow:
+    def __new__(
+        cls, camera: Camera, *, levels: Sequence[int] = (16, 8, 4), along: _Along = "axis"
+    ) -> RangeFlow: ...
+    @property
+    def camera(self) -> Camera: ...
+    @property
+    def levels(self) -> list[int]: ...
+    def estimate(
+        self,
+        depth0_m: ArrayLike,
+        depth1_m: ArrayLike,
+        dt_s: float,
+        *,
+        guess: ArrayLike | None = None,
+    ) -> VelocityEstimate: ...
 
 @final
 class Frame:

@@ -13,12 +13,9 @@ mod depth_image;
 mod direction_name;
 mod error;
 mod estimate;
-<<<<<<< HEAD
 mod graph;
-mod keyframe;
-=======
 mod information;
->>>>>>> thesis
+mod keyframe;
 mod motion;
 mod observability;
 mod odometry;
@@ -26,6 +23,7 @@ mod optimise;
 mod plane_projection;
 mod pose_graph;
 mod pyramid;
+mod range_flow;
 mod robust;
 mod row_motion;
 mod sphere_table;
@@ -38,22 +36,16 @@ pub use config::{Config, CovarianceModel, Method, REFERENCE_WIDTH};
 pub use depth_image::DepthImage;
 pub use direction_name::{DirectionName, direction_name};
 pub use error::Error;
-<<<<<<< HEAD
 pub use estimate::{Also, VelocityEstimate, VelocityEstimator, VelocityPrior, estimate_velocity};
 pub use graph::GraphConfig;
+pub use information::{Information, information};
 pub use keyframe::{KeyframeMotion, KeyframePolicy};
 pub use motion::{pose_from_twist, twist_from_pose};
 pub use observability::WeakDirection;
 pub use odometry::{DepthOdometry, Gyro, OdometryConfig, OdometryResult, Timings};
 pub use optimise::OptimiseReport;
-=======
-pub use estimate::{VelocityEstimate, VelocityEstimator, estimate_velocity};
-pub use information::{Information, information};
-pub use motion::{pose_from_twist, twist_from_pose};
-pub use observability::WeakDirection;
-pub use odometry::{DepthOdometry, OdometryResult, Timings};
+pub use range_flow::{RangeFlow, RangeFlowConfig};
 pub use thesis::{RowWeights, ThesisConfig, ThesisEstimator, TimeRule};
->>>>>>> thesis
 
 /// Result of the crate's fallible calls.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -28,6 +28,16 @@ pub(crate) struct Cut {
     pub(crate) eigenvalue: f64,
 }
 
+impl Cut {
+    /// By the score alone.
+    pub(crate) fn of_score(score: f64) -> Self {
+        Self {
+            score,
+            eigenvalue: 0.0,
+        }
+    }
+}
+
 /// Eigenvalues and directions of a normal matrix, rotations scaled by the mean range.
 #[derive(Clone, Debug)]
 pub(crate) struct Spectrum {

@@ -7,6 +7,7 @@ mod frame;
 mod grid;
 mod information;
 mod odometry;
+mod range_flow;
 mod recording;
 mod sim;
 mod simulated_frame;
@@ -28,13 +29,12 @@ mod _native {
     #[pymodule_export]
     use crate::grid::PySphereGrid;
     #[pymodule_export]
-<<<<<<< HEAD
-    use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
-=======
     use crate::information::{PyInformation, py_information};
     #[pymodule_export]
-    use crate::odometry::{PyDepthOdometry, PyOdometryResult};
->>>>>>> thesis
+    use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
+    #[pymodule_export]
+    #[pymodule_export]
+    use crate::range_flow::PyRangeFlow;
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
     #[pymodule_export]

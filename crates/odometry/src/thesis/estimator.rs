@@ -5,6 +5,7 @@ use super::config::ThesisConfig;
 use super::domains::Domains;
 use super::solve::{Rows, Solution};
 use super::table::EdgeTable;
+use crate::observability::Cut;
 use crate::{DepthImage, Result, VelocityEstimate};
 use sphereflow_core::{Error, Reason, TrackStatus, Twist};
 use sphereflow_sphere::Camera;
@@ -94,13 +95,14 @@ impl ThesisEstimator {
             weak_directions: solution.spectrum.weak_directions(
                 &solution.covariance,
                 limits.weak_score,
-                limits.unobservable_score,
+                Cut::of_score(limits.unobservable_score),
             ),
             known_share,
             domains,
             residual_scale: solution.scale,
             mean_range_m: solution.mean_range_m,
             iterations: 1,
+            ..lost(Reason::NotConverged, known_share, domains)
         }
     }
 
@@ -136,15 +138,7 @@ impl ThesisEstimator {
 
 fn lost(reason: Reason, known_share: f64, domains: usize) -> VelocityEstimate {
     VelocityEstimate {
-        status: TrackStatus::Lost(reason),
-        twist: None,
-        covariance: None,
-        score: 0.0,
-        weak_directions: Vec::new(),
-        known_share,
         domains,
-        residual_scale: f64::NAN,
-        mean_range_m: f64::NAN,
-        iterations: 0,
+        ..VelocityEstimate::lost(reason, known_share)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::balance::{Balance, CellBalance};
 use super::config::{RowWeights, ThesisConfig};
-use crate::observability::Spectrum;
+use crate::observability::{Cut, Spectrum};
 use nalgebra::{Matrix6, Vector6};
 
 /// Sigma of a normal distribution over its median absolute deviation.
@@ -82,7 +82,7 @@ impl Rows {
             seen += square / (row.per_inverse * row.per_inverse);
         }
         let limits = &config.limits;
-        let limit = limits.unobservable_score;
+        let limit = Cut::of_score(limits.unobservable_score);
         let spectrum = Spectrum::new(&seen, self.mean_range_m);
         let twist = spectrum.solve(&normal, &right, limit, &Vector6::zeros());
         let mut squares = Matrix6::zeros();
