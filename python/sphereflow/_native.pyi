@@ -215,7 +215,7 @@ def estimate_velocity(
     depth1_m: ArrayLike,
     dt_s: float,
     *,
-    method: _Method = "pyramid",
+    method: Literal["pyramid", "single", "thesis"] = "pyramid",
     along: _Along = "axis",
     domains: int | None = None,
     gyro_rad_s: ArrayLike | None = None,

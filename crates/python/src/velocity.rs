@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_core::{DepthMap, RangeMap, TrackStatus, Twist};
 use sphereflow_odometry::{
-    Also, Config, DepthImage, Gyro, Method, VelocityEstimate, VelocityEstimator, VelocityPrior,
+    Also, Config, DepthImage, Gyro, Method, ThesisConfig, ThesisEstimator, VelocityEstimate,
+    VelocityEstimator, VelocityPrior,
 };
 
 /// A depth image of the camera's size: along the axis, or along the ray where `along == "ray"`.
@@ -176,7 +177,9 @@ pub fn config(method: &str, domains: Option<usize>, max_std_m: Option<f64>) -> P
         _ => {
             return Err(exception(
                 Kind::Value,
-                format!("method: expected 'pyramid' or 'single', found '{method}'"),
+                format!(
+                    "method: expected 'pyramid', 'single' (or, for a pair, 'thesis'), found '{method}'"
+                ),
             ));
         }
     };
@@ -220,13 +223,14 @@ pub fn deviation(value: f64, name: &str, or_zero: bool) -> PyResult<f64> {
 ///     Metres; NaN, zero or negative is unknown. Integers are refused: raw counts are not metres.
 /// dt_s : float
 ///     Seconds from the first to the second image.
-/// method : {'pyramid', 'single'}
+/// method : {'pyramid', 'single', 'thesis'}
 ///     'pyramid': robust solves from coarse to fine, the second image warped by the estimate before
-///     each. 'single': one robust solve, for slow motions.
+///     each. 'single': one robust solve, for slow motions. 'thesis': the thesis's own balance (6.3) in
+///     plain least squares, to reproduce it; pinhole and FOV cameras only.
 /// along : {'axis', 'ray'}
 ///     What the images hold: depth along the optical axis, or range along the ray (360 degrees).
 /// domains : int, optional
-///     Number of domains; 500 where absent.
+///     Number of domains; 500 where absent, 200 for 'thesis'.
 /// gyro_rad_s : array_like, (3,), optional
 ///     Angular velocity from a gyroscope, bias removed, in the camera's frame.
 /// gyro_std_rad_s : float
@@ -282,8 +286,6 @@ pub fn py_estimate_velocity(
     brightness_weight: Option<f64>,
     max_std_m: Option<f64>,
 ) -> PyResult<PyVelocityEstimate> {
-    let mut config = config(method, domains, max_std_m)?;
-    config.brightness_weight = brightness_weight.unwrap_or(config.brightness_weight);
     let size = (camera.0.width(), camera.0.height());
     let first = Image::new(depth0_m, "depth0_m", size, along)?;
     let second = Image::new(depth1_m, "depth1_m", size, along)?;
