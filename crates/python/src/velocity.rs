@@ -289,6 +289,31 @@ pub fn py_estimate_velocity(
     let size = (camera.0.width(), camera.0.height());
     let first = Image::new(depth0_m, "depth0_m", size, along)?;
     let second = Image::new(depth1_m, "depth1_m", size, along)?;
+    if method == "thesis" {
+        let also = [
+            ("gyro_rad_s", gyro_rad_s.is_some()),
+            ("prior_m_s", prior_m_s.is_some()),
+            ("image0, image1", image0.is_some() || image1.is_some()),
+            ("max_std_m", max_std_m.is_some()),
+        ];
+        if let Some((name, _)) = also.iter().find(|(_, given)| *given) {
+            let text = format!("{name}: expected none with method 'thesis', which cannot use it");
+            return Err(exception(Kind::Value, text));
+        }
+        let default = ThesisConfig::default();
+        let config = ThesisConfig {
+            domains: domains.unwrap_or(default.domains),
+            ..default
+        };
+        return py
+            .detach(|| {
+                ThesisEstimator::new(&camera.0, config)?.estimate(first.view(), second.view(), dt_s)
+            })
+            .into_python()
+            .map(PyVelocityEstimate);
+    }
+    let mut config = config(method, domains, max_std_m)?;
+    config.brightness_weight = brightness_weight.unwrap_or(config.brightness_weight);
     let gyro = gyro_rad_s
         .map(|v| vector3_of(v, "gyro_rad_s"))
         .transpose()?;
