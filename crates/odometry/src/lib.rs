@@ -14,6 +14,7 @@ mod motion;
 mod observability;
 mod odometry;
 mod robust;
+mod self_calibration;
 mod sphere_table;
 mod tiling;
 mod warp;
@@ -26,6 +27,10 @@ pub use estimate::{VelocityEstimate, VelocityEstimator, estimate_velocity};
 pub use motion::{pose_from_twist, twist_from_pose};
 pub use observability::WeakDirection;
 pub use odometry::{DepthOdometry, OdometryResult, Timings};
+pub use self_calibration::{
+    CalibratedParameter, CalibrationStatus, HeldCombination, SelfCalibration,
+    SelfCalibrationConfig, SelfCalibrator,
+};
 
 /// Result of the crate's fallible calls.
 pub type Result<T> = std::result::Result<T, Error>;
