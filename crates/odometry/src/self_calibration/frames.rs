@@ -52,6 +52,18 @@ pub(super) fn velocities(frames: &[Frame]) -> Vec<Vector6<f64>> {
         .collect()
 }
 
+/// Frame `second` and the one before it, where a velocity can be had from them.
+pub(super) fn frame_step(frames: &[Frame], second: usize) -> Option<FramePair> {
+    let first = second.checked_sub(1)?;
+    let (a, b) = (frames.get(first)?, frames.get(second)?);
+    let near = a.segment == b.segment && b.stamp.seconds_since(a.stamp) <= LONGEST_S;
+    near.then(|| FramePair {
+        first,
+        second,
+        motion: a.world_from_camera.inverse() * b.world_from_camera,
+    })
+}
+
 /// Steps from one distance between the frames of a pair to the next: about a factor of 1.5.
 const GAP_FACTOR: f64 = 1.5;
 

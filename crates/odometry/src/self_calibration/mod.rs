@@ -12,6 +12,8 @@
 //! never contradicted by its own motion.
 
 mod config;
+#[cfg(test)]
+mod drift_tests;
 mod frames;
 mod image_model;
 mod pair_fit;

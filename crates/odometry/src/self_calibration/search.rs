@@ -1,7 +1,7 @@
 //! The search for the values: align every pair, sum their equations, step, and again.
 
 use super::SelfCalibrationConfig;
-use super::frames::{Frame, FramePair, pairs, velocities};
+use super::frames::{Frame, FramePair, frame_step, pairs, velocities};
 use super::image_model::ImageModel;
 use super::pair_fit::{Normal, PairFit, PairRules};
 use super::parameters::Unknowns;
@@ -9,6 +9,7 @@ use super::result::{CalibrationStatus, SelfCalibration};
 use super::solve::{System, parameters};
 use crate::Result;
 use crate::config::Config;
+use crate::motion::twist_from_pose;
 use crate::tiling::Tiling;
 use nalgebra::{DMatrix, DVector, Vector6};
 use rayon::prelude::*;
@@ -43,6 +44,9 @@ pub(super) struct Search<'a> {
     /// How many fitted at the beginning.
     fitted: usize,
     iterations: usize,
+    /// The equations of the last step, and how much they promise too much.
+    last: Option<System>,
+    inflation: f64,
 }
 
 impl<'a> Search<'a> {
@@ -82,6 +86,8 @@ impl<'a> Search<'a> {
             candidates: candidates.collect(),
             fitted: 0,
             iterations: 0,
+            last: None,
+            inflation: 1.0,
         };
         search.align(FIRST_SOLVES);
         for candidate in &mut search.candidates {
@@ -109,25 +115,31 @@ impl<'a> Search<'a> {
 
     /// One Gauss-Newton step; true where it was small.
     pub(super) fn step(&mut self) -> Result<bool> {
-        let step = self.system()?.step(&self.away());
+        let system = self.system()?;
+        self.inflation = system.inflation(&self.away());
+        let step = system.step(&self.away(), self.inflation);
+        self.last = Some(system);
         self.values += &step;
         self.iterations += 1;
         self.model = self.model_of(&self.values, None)?;
+        self.measure_velocities();
         self.align(LATER_SOLVES);
         let size = step.component_div(&self.unknowns.prior_std()).amax();
         Ok(size < SETTLED)
     }
 
     /// What was found, with its covariance.
-    pub(super) fn finish(self) -> Result<SelfCalibration> {
+    pub(super) fn finish(mut self) -> Result<SelfCalibration> {
         let (before, after) = self.residuals();
         if after >= before {
             let text = format!("the residual went from {before:.3e} to {after:.3e} 1/m");
             return self.unchanged(CalibrationStatus::NoImprovement(text));
         }
-        let system = self.system()?;
-        let share = self.config.observable_share;
-        let inflation = system.inflation(&self.away());
+        let system = match self.last.take() {
+            Some(system) => system,
+            None => self.system()?,
+        };
+        let (share, inflation) = (self.config.observable_share, self.inflation);
         let (held, any_seen) = system.held(&self.unknowns, inflation, share);
         if !any_seen {
             let text = "the motion changed no standard deviation much".to_string();
@@ -183,6 +195,32 @@ impl<'a> Search<'a> {
     fn model_of(&self, values: &DVector<f64>, rays: Option<&ImageModel>) -> Result<ImageModel> {
         let calibrated = self.unknowns.calibrated(values, self.config.readout_s)?;
         ImageModel::new(&calibrated, self.config.block, rays)
+    }
+
+    /// Velocities from neighbouring frames under the current values: those of the odometry before
+    /// the search knew nothing of the rows' times.
+    fn measure_velocities(&mut self) {
+        if std::env::var("NOVEL").is_ok() { return }
+        let steps: Vec<Option<Vector6<f64>>> = (1..self.frames.len())
+            .into_par_iter()
+            .map(|second| {
+                let pair = frame_step(self.frames, second)?;
+                let mut fit = PairFit::new(&self.rules, self.frames, &self.velocities, &pair)?;
+                let aligned = fit.align(&self.model, LATER_SOLVES)?;
+                let (from, to) = (&self.frames[second - 1], &self.frames[second]);
+                let dt_s = to.stamp.seconds_since(from.stamp);
+                Some(twist_from_pose(&aligned.motion, dt_s).vector())
+            })
+            .collect();
+        for (i, velocity) in self.velocities.iter_mut().enumerate() {
+            let step = |k: Option<usize>| k.and_then(|k| *steps.get(k)?);
+            let (before, after) = (step(i.checked_sub(1)), step(Some(i)));
+            *velocity = match (before, after) {
+                (Some(before), Some(after)) => (before + after) * 0.5,
+                (Some(one), None) | (None, Some(one)) => one,
+                (None, None) => continue,
+            };
+        }
     }
 
     /// Finds all pairs' motions under the current values; those that do not fit are dropped.

@@ -44,10 +44,11 @@ impl System {
         }
     }
 
-    /// Step of the values from where they are, `away` from the prior's mean.
-    pub(super) fn step(&self, away: &DVector<f64>) -> DVector<f64> {
+    /// Step of the values from where they are, `away` from the prior's mean, with the information
+    /// divided by `inflation` squared.
+    pub(super) fn step(&self, away: &DVector<f64>, inflation: f64) -> DVector<f64> {
         let away = away.component_div(&self.scale);
-        self.solution(None, &away).component_mul(&self.scale)
+        self.solution(None, &away, inflation).component_mul(&self.scale)
     }
 
     fn sum(&self, without: Option<usize>) -> Normal {
@@ -65,9 +66,14 @@ impl System {
         sum
     }
 
-    fn solution(&self, without: Option<usize>, away: &DVector<f64>) -> DVector<f64> {
+    fn solution(
+        &self,
+        without: Option<usize>,
+        away: &DVector<f64>,
+        inflation: f64,
+    ) -> DVector<f64> {
         let sum = self.sum(without);
-        inverse(&sum.information, 1.0) * (sum.right - away)
+        inverse(&sum.information, inflation) * (sum.right / inflation.powi(2) - away)
     }
 
     /// How much larger the standard deviations are than the residuals of independent domains would
@@ -79,7 +85,7 @@ impl System {
         }
         let away = away.component_div(&self.scale);
         let left_out: Vec<DVector<f64>> =
-            (0..count).map(|k| self.solution(Some(k), &away)).collect();
+            (0..count).map(|k| self.solution(Some(k), &away, 1.0)).collect();
         let mean = left_out
             .iter()
             .fold(DVector::zeros(self.scale.len()), |sum, v| sum + v)
