@@ -5,28 +5,36 @@
 //! trajectory. All of them work on the sphere of rays, so any central camera will do. Twists are
 //! `[omega, v]` in the camera's own frame (x right, y down, z forward).
 
+mod align;
 mod binning;
 mod config;
 mod depth_image;
 mod error;
 mod estimate;
+mod graph;
+mod keyframe;
 mod motion;
 mod observability;
 mod odometry;
+mod plane_projection;
+mod pyramid;
 mod robust;
+mod row_motion;
 mod self_calibration;
 mod sphere_table;
 mod tiling;
 mod warp;
 mod weak_form;
 
-pub use config::{Config, CovarianceModel, Method};
+pub use config::{Config, CovarianceModel, Method, REFERENCE_WIDTH};
 pub use depth_image::DepthImage;
 pub use error::Error;
-pub use estimate::{VelocityEstimate, VelocityEstimator, estimate_velocity};
+pub use estimate::{VelocityEstimate, VelocityEstimator, VelocityPrior, estimate_velocity};
+pub use graph::GraphConfig;
+pub use keyframe::{KeyframeMotion, KeyframePolicy};
 pub use motion::{pose_from_twist, twist_from_pose};
 pub use observability::WeakDirection;
-pub use odometry::{DepthOdometry, OdometryResult, Timings};
+pub use odometry::{DepthOdometry, OdometryConfig, OdometryResult, Timings};
 pub use self_calibration::{
     CalibratedParameter, CalibrationStatus, HeldCombination, SelfCalibration,
     SelfCalibrationConfig, SelfCalibrator,

@@ -12,8 +12,6 @@
 //! never contradicted by its own motion.
 
 mod config;
-#[cfg(test)]
-mod drift_tests;
 mod frames;
 mod image_model;
 mod pair_fit;
@@ -30,7 +28,7 @@ use crate::Result;
 use crate::binning::{BlockRule, InverseDepth};
 use crate::config::Config;
 use crate::depth_image::{Axis, DepthImage};
-use crate::odometry::{DepthOdometry, OdometryResult};
+use crate::odometry::{DepthOdometry, OdometryConfig, OdometryResult};
 use frames::Frame;
 use search::Search;
 use sphereflow_core::{Error as CoreError, Stamp, TrackStatus};
@@ -60,7 +58,13 @@ impl SelfCalibrator {
         }
         let odometry_config = Config::default();
         Ok(Self {
-            odometry: DepthOdometry::new(camera, odometry_config)?,
+            odometry: DepthOdometry::new(
+                camera,
+                OdometryConfig {
+                    readout_s: config.readout_s,
+                    ..OdometryConfig::default()
+                },
+            )?,
             camera: camera.clone(),
             config,
             odometry_config,
