@@ -170,13 +170,15 @@ impl Aligner {
 
     /// Makes the pair of the first image and the second one seen from the first's pose.
     fn warp(&mut self, config: &Config, task: &Task<'_>, level: usize, motion: Pose) {
-        let shutter = task.readout.map_or_else(RollingShutter::default, |readout| {
-            let moved = readout.first_from_earlier.inverse() * motion;
-            RollingShutter {
-                twist: Twist::from_vector(&(se3::log(&moved) / readout.since_s)),
-                readout_s: readout.readout_s,
-            }
-        });
+        let shutter = task
+            .readout
+            .map_or_else(RollingShutter::default, |readout| {
+                let moved = readout.first_from_earlier.inverse() * motion;
+                RollingShutter {
+                    twist: Twist::from_vector(&(se3::log(&moved) / readout.since_s)),
+                    readout_s: readout.readout_s,
+                }
+            });
         let tables = &self.stack.levels[level];
         let (first, second) = (&task.first.levels[level], &task.second.levels[level]);
         if motion == Pose::identity() && shutter.is_global() {
@@ -265,11 +267,7 @@ impl Aligner {
 
     /// Share of the first image's surface within the second image, and the median displacement in
     /// pixels of the full image, were the motion `first_from_second`.
-    pub(crate) fn overlap_and_flow(
-        &mut self,
-        first: &FramePyramid,
-        motion: &Pose,
-    ) -> (f64, f64) {
+    pub(crate) fn overlap_and_flow(&mut self, first: &FramePyramid, motion: &Pose) -> (f64, f64) {
         let coarsest = self.stack.levels.len() - 1;
         let (tables, image) = (&self.stack.levels[coarsest], &first.levels[coarsest]);
         let rays = tables.table.rays(image.axis);
@@ -313,10 +311,11 @@ const REPEAT: usize = 1 << 16;
 
 /// What is known of the step that is left to do.
 fn prior_of_step(task: &Task<'_>, motion: &Pose) -> Prior {
-    task.prior.map_or_else(Prior::none, |(known, information)| Prior {
-        motion: se3::log(&(known * motion.inverse())),
-        information,
-    })
+    task.prior
+        .map_or_else(Prior::none, |(known, information)| Prior {
+            motion: se3::log(&(known * motion.inverse())),
+            information,
+        })
 }
 
 /// A motion in metres: rotation counts at the scene's mean range.

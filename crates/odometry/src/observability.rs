@@ -103,9 +103,8 @@ impl Spectrum {
 
     /// The directions that are determined: the last ones, as the eigenvalues increase.
     fn seen(&self, cut: Cut) -> &[Vector6<f64>] {
-        let lacks = |&i: &usize| {
-            self.score_of(i) < cut.score || self.values[i] <= cut.eigenvalue.max(0.0)
-        };
+        let lacks =
+            |&i: &usize| self.score_of(i) < cut.score || self.values[i] <= cut.eigenvalue.max(0.0);
         let unseen = (0..6).take_while(lacks);
         &self.vectors[unseen.count()..]
     }

@@ -220,7 +220,8 @@ impl DepthOdometry {
     fn measure(&mut self, dt_s: f64) -> std::result::Result<Measured, Box<VelocityEstimate>> {
         let predicted = self.last.pose * pose_from_twist(&self.last.twist, dt_s);
         let mut found = self.align(dt_s, predicted, false);
-        if let (Ok(measured), Some(false)) = (&found, self.keyframe.as_ref().map(|k| k.shutter_undone))
+        if let (Ok(measured), Some(false)) =
+            (&found, self.keyframe.as_ref().map(|k| k.shutter_undone))
         {
             // Only now is it known how the camera moved while the keyframe was read out.
             let (twist, pose) = (measured.estimate.twist.unwrap_or_default(), measured.pose);

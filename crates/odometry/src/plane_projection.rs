@@ -108,7 +108,10 @@ mod tests {
         for camera in cameras {
             let fast = PlaneProjection::new(&camera).unwrap();
             for i in 0..200 {
-                let (x, y) = ((i as f64 * 0.37).sin() * 0.6, (i as f64 * 0.71).cos() * 0.45);
+                let (x, y) = (
+                    (i as f64 * 0.37).sin() * 0.6,
+                    (i as f64 * 0.71).cos() * 0.45,
+                );
                 let exact = camera.project(&Vector3::new(x, y, 1.0)).unwrap();
                 let (u, v) = fast.pixel(x as f32, y as f32);
                 let found = Vector2::new(f64::from(u), f64::from(v));

@@ -52,7 +52,9 @@ impl LevelStack {
             };
             let wanted = match level {
                 0 => config.domains,
-                _ => config.domains.min(binned.width() * binned.height() / COARSE_DOMAIN),
+                _ => config
+                    .domains
+                    .min(binned.width() * binned.height() / COARSE_DOMAIN),
             };
             levels.push(Level {
                 plane: PlaneProjection::new(&binned),

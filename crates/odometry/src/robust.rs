@@ -101,12 +101,7 @@ impl RobustSolver {
     /// Takes the usable domains; returns how many there are. Every domain weighs the same per
     /// domain mean: the noise of depth cameras is correlated, so that a larger mean is hardly
     /// better than a smaller one.
-    pub(crate) fn take(
-        &mut self,
-        sums: &[CellSums],
-        tiling: &Tiling,
-        share: f64,
-    ) -> usize {
+    pub(crate) fn take(&mut self, sums: &[CellSums], tiling: &Tiling, share: f64) -> usize {
         self.rows.clear();
         let mut range = 0.0;
         for (cell, &full) in sums.iter().zip(&tiling.full) {
@@ -161,10 +156,7 @@ impl RobustSolver {
             // scale is tiny, and a few domains that happen to fit exactly would seem to be all.
             let found = self.weighted(config, prior, scale.max(noise), |row| {
                 let blunt = cauchy(row, &previous, scale.max(noise));
-                (
-                    cauchy(row, &previous, scale) + LEAST_SHARE * blunt,
-                    blunt,
-                )
+                (cauchy(row, &previous, scale) + LEAST_SHARE * blunt, blunt)
             });
             twist = found.twist;
             step = Some(found);

@@ -81,7 +81,11 @@ impl Warp<'_> {
                 let per_c = 1.0 / c;
                 let (a, b) = (a * per_c, b * per_c);
                 let (u, v) = plane.pixel(a, b);
-                let seen = if c > 0.0 { self.bilinear(u, v) } else { f32::NAN };
+                let seen = if c > 0.0 {
+                    self.bilinear(u, v)
+                } else {
+                    f32::NAN
+                };
                 row = (v.max(0.0) as usize).min(last_row); // 0 for NaN
                 let back = &rows[row].back;
                 let r = back.rotation[2];
@@ -118,13 +122,7 @@ impl Warp<'_> {
     }
 
     /// One row, for every camera and either kind of distance.
-    fn fill_on_sphere(
-        &self,
-        rows: &[RowMotion],
-        first: &InverseDepth,
-        y: usize,
-        line: &mut [f32],
-    ) {
+    fn fill_on_sphere(&self, rows: &[RowMotion], first: &InverseDepth, y: usize, line: &mut [f32]) {
         let width = line.len();
         let rays = self.table.rays(first.axis);
         let last_row = rows.len() - 1;

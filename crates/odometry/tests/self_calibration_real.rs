@@ -5,20 +5,15 @@
 //! --test-threads 1`.
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
-use sphereflow_io::{OpenOptions, open_recording};
+mod drift;
+
+use sphereflow_io::{OpenOptions, Recording, open_recording};
 use sphereflow_odometry::{
-    CalibrationStatus, SelfCalibration, SelfCalibrationConfig, SelfCalibrator,
+    CalibrationStatus, OdometryConfig, SelfCalibration, SelfCalibrationConfig, SelfCalibrator,
 };
-use std::path::Path;
 use std::time::Instant;
 
-fn calibrate(folder: &str, config: SelfCalibrationConfig) -> Option<SelfCalibration> {
-    let Some(root) = std::env::var_os("SPHEREFLOW_DATA") else {
-        println!("skipped: SPHEREFLOW_DATA is not set");
-        return None;
-    };
-    let options = OpenOptions::default();
-    let recording = open_recording(&Path::new(&root).join(folder), &options).unwrap();
+fn calibrate(name: &str, recording: &Recording, config: SelfCalibrationConfig) -> SelfCalibration {
     let begin = Instant::now();
     let mut calibrator = SelfCalibrator::new(recording.camera().unwrap(), config).unwrap();
     for i in 0..recording.len() {
@@ -30,9 +25,31 @@ fn calibrate(folder: &str, config: SelfCalibrationConfig) -> Option<SelfCalibrat
     let collected_s = begin.elapsed().as_secs_f64();
     let found = calibrator.solve(|_, _| {}).unwrap();
     let solved_s = begin.elapsed().as_secs_f64() - collected_s;
-    print_report(folder, &found);
+    print_report(name, &found);
     println!("  {collected_s:.1} s to track, {solved_s:.1} s to solve");
-    Some(found)
+    found
+}
+
+/// The recording as the calibration sees it, and its odometry.
+fn odometry(name: &str, recording: &Recording, found: &SelfCalibration) -> drift::Figures {
+    let own = recording.calibration().unwrap();
+    let mut calibration = own.with_camera(&found.camera).unwrap();
+    calibration.depth_correction = Some(found.correction);
+    let options = OpenOptions {
+        calibration: Some(calibration),
+        ..OpenOptions::default()
+    };
+    let calibrated = open_recording(recording.path(), &options).unwrap();
+    assert!(calibrated.depth_corrected());
+    with_readout(name, &calibrated, found.readout_s)
+}
+
+fn with_readout(name: &str, recording: &Recording, readout_s: f64) -> drift::Figures {
+    let config = OdometryConfig {
+        readout_s,
+        ..OdometryConfig::default()
+    };
+    drift::run(recording, config).figures(name)
 }
 
 fn print_report(name: &str, found: &SelfCalibration) {
@@ -51,33 +68,44 @@ fn print_report(name: &str, found: &SelfCalibration) {
     );
     for p in &found.parameters {
         let mark = if p.observable { "" } else { "  (held)" };
-        println!("  {:<16} {:>9.5} +- {:.5} of {:.5}{mark}", p.name, p.value, p.std, p.prior_std);
+        println!(
+            "  {:<16} {:>9.5} +- {:.5} of {:.5}{mark}",
+            p.name, p.value, p.std, p.prior_std
+        );
     }
     for held in &found.held {
-        println!("  held at {:.2} of the prior: {:?}", held.std_share, held.shares);
+        println!(
+            "  held at {:.2} of the prior: {:?}",
+            held.std_share, held.shares
+        );
     }
 }
 
-#[test]
-fn tum_rpy_calibration_lowers_the_residual() {
-    let Some(found) = calibrate("tum-fr1-rpy-a", SelfCalibrationConfig::default()) else {
-        return;
-    };
-    assert_eq!(found.status, CalibrationStatus::Calibrated);
+fn number(name: &str, default: f64) -> f64 {
+    std::env::var(name).map_or(default, |v| v.parse().unwrap())
 }
 
 #[test]
-fn tum_rpy_readout_alone() {
-    let Some(found) = calibrate("tum-fr1-rpy-a", SelfCalibrationConfig::readout_only()) else {
-        return;
+fn experiment() {
+    let folder = std::env::var("FOLDER").unwrap_or("tum-fr1-rpy-a".into());
+    let recording = drift::open(&folder).unwrap();
+    let config = SelfCalibrationConfig {
+        block: number("BLOCK", 4.0) as usize,
+        max_pairs: number("PAIRS", 180.0) as usize,
+        iterations: number("ITER", 4.0) as usize,
+        focal_std: number("FOCAL", 0.01),
+        lens_std: number("LENS", 0.03),
+        field_std: number("FIELD", 0.02),
+        max_turn_rad: number("TURN", 0.6),
+        min_motion_m: number("MOTION", 0.05),
+        min_gap: number("GAP0", 6.0) as usize,
+        max_gap: number("GAP1", 30.0) as usize,
+        ..SelfCalibrationConfig::default()
     };
-    assert_eq!(found.status, CalibrationStatus::Calibrated);
-}
-
-#[test]
-fn seven_scenes_kitchen_calibration_lowers_the_residual() {
-    let Some(found) = calibrate("sevenscenes-kitchen-a", SelfCalibrationConfig::default()) else {
-        return;
-    };
-    assert_eq!(found.status, CalibrationStatus::Calibrated);
+    let found = calibrate(&folder, &recording, config);
+    if std::env::var("ALL").is_ok() {
+        with_readout("nothing", &recording, 0.0);
+        with_readout("rolling shutter", &recording, found.readout_s);
+    }
+    odometry("all", &recording, &found);
 }

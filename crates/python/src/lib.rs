@@ -7,6 +7,7 @@ mod frame;
 mod grid;
 mod odometry;
 mod recording;
+mod self_calibration;
 mod sim;
 mod simulated_frame;
 mod slam;
@@ -30,6 +31,8 @@ mod _native {
     use crate::odometry::{PyDepthOdometry, PyOdometryResult};
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
+    #[pymodule_export]
+    use crate::self_calibration::{PySelfCalibration, PySelfCalibrator};
     #[pymodule_export]
     use crate::sim::PySimulator;
     #[pymodule_export]

@@ -9,7 +9,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_core::{Stamp, Twist};
-use sphereflow_odometry::{DepthOdometry, Error, OdometryResult};
+use sphereflow_odometry::{DepthOdometry, Error, OdometryConfig, OdometryResult};
 
 impl<T> IntoPython<T> for Result<T, Error> {
     fn into_python(self) -> PyResult<T> {
@@ -21,7 +21,7 @@ impl<T> IntoPython<T> for Result<T, Error> {
 
 /// What became of one frame.
 #[pyclass(name = "OdometryResult", module = "sphereflow.odometry", frozen)]
-pub struct PyOdometryResult(OdometryResult);
+pub struct PyOdometryResult(pub OdometryResult);
 
 impl PyOdometryResult {
     fn part(&self, take: impl Fn(&Twist) -> Vector3<f64>) -> Vector3<f64> {
@@ -156,7 +156,10 @@ impl PyDepthOdometry {
         warps: Option<usize>,
         domains: Option<usize>,
     ) -> PyResult<Self> {
-        let config = config(method, warps, domains)?;
+        let config = OdometryConfig {
+            alignment: config(method, warps, domains)?,
+            ..OdometryConfig::default()
+        };
         if !matches!(along, "axis" | "ray") {
             let text = format!("along: expected 'axis' (depth) or 'ray' (range), found '{along}'");
             return Err(exception(Kind::Value, text));

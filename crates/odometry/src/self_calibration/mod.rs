@@ -72,6 +72,11 @@ impl SelfCalibrator {
         })
     }
 
+    /// The camera, its calibration so far.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
     /// The settings.
     pub fn config(&self) -> &SelfCalibrationConfig {
         &self.config

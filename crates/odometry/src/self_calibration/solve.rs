@@ -48,7 +48,8 @@ impl System {
     /// divided by `inflation` squared.
     pub(super) fn step(&self, away: &DVector<f64>, inflation: f64) -> DVector<f64> {
         let away = away.component_div(&self.scale);
-        self.solution(None, &away, inflation).component_mul(&self.scale)
+        self.solution(None, &away, inflation)
+            .component_mul(&self.scale)
     }
 
     fn sum(&self, without: Option<usize>) -> Normal {
@@ -84,8 +85,9 @@ impl System {
             return 1.0;
         }
         let away = away.component_div(&self.scale);
-        let left_out: Vec<DVector<f64>> =
-            (0..count).map(|k| self.solution(Some(k), &away, 1.0)).collect();
+        let left_out: Vec<DVector<f64>> = (0..count)
+            .map(|k| self.solution(Some(k), &away, 1.0))
+            .collect();
         let mean = left_out
             .iter()
             .fold(DVector::zeros(self.scale.len()), |sum, v| sum + v)

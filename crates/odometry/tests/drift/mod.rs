@@ -163,4 +163,3 @@ fn trajectory_error(estimated: &[Pose], truth: &[Pose]) -> f64 {
         / n)
         .sqrt()
 }
-
