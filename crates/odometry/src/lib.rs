@@ -26,6 +26,7 @@ mod pyramid;
 mod range_flow;
 mod robust;
 mod row_motion;
+mod self_calibration;
 mod sphere_table;
 pub mod thesis;
 mod tiling;
@@ -45,6 +46,10 @@ pub use observability::WeakDirection;
 pub use odometry::{DepthOdometry, Gyro, OdometryConfig, OdometryResult, Timings};
 pub use optimise::OptimiseReport;
 pub use range_flow::{RangeFlow, RangeFlowConfig};
+pub use self_calibration::{
+    CalibratedParameter, CalibrationStatus, HeldCombination, SelfCalibration,
+    SelfCalibrationConfig, SelfCalibrator,
+};
 pub use thesis::{RowWeights, ThesisConfig, ThesisEstimator, TimeRule};
 
 /// Result of the crate's fallible calls.

@@ -9,6 +9,7 @@ mod information;
 mod odometry;
 mod range_flow;
 mod recording;
+mod self_calibration;
 mod sim;
 mod simulated_frame;
 mod slam;
@@ -37,6 +38,8 @@ mod _native {
     use crate::range_flow::PyRangeFlow;
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
+    #[pymodule_export]
+    use crate::self_calibration::{PySelfCalibration, PySelfCalibrator};
     #[pymodule_export]
     use crate::sim::PySimulator;
     #[pymodule_export]

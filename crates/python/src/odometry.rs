@@ -23,7 +23,7 @@ impl<T> IntoPython<T> for Result<T, Error> {
 
 /// What became of one frame.
 #[pyclass(name = "OdometryResult", module = "sphereflow.odometry", frozen)]
-pub struct PyOdometryResult(OdometryResult);
+pub struct PyOdometryResult(pub OdometryResult);
 
 impl PyOdometryResult {
     fn part(&self, take: impl Fn(&Twist) -> Vector3<f64>) -> Vector3<f64> {

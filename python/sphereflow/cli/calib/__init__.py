@@ -1,0 +1,20 @@
+"""``sphereflow calib``: calibrate a sensor from a recording; one verb a file."""
+
+from __future__ import annotations
+
+import typer
+
+from sphereflow.cli.calib import depth, rolling_shutter
+
+HELP = """Calibrate a sensor from a recording of its motion.
+
+[bold]depth[/bold] finds what is left of the lens, the smooth error of 1/Z and the read-out time;
+[bold]rolling-shutter[/bold] the read-out time alone. No target and no true poses are needed."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the group to the command."""
+    group = typer.Typer(no_args_is_help=True, rich_markup_mode="rich", help=HELP)
+    for verb in (depth, rolling_shutter):
+        verb.register(group)
+    app.add_typer(group, name="calib")
