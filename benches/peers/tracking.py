@@ -15,7 +15,7 @@ import numpy as np
 import sphereflow as sf
 
 from benches.peers.align import Aligned, Aligner, Matrix, View
-from benches.peers.motion import inverse, rotation_vector
+from benches.peers.motion import inverse, motion_of, rotation_vector, twist_of
 
 MAX_SPEED_M_S, MAX_RATE_RAD_S = 4.0, 8.0
 """Faster is no hand-held camera: the same gate as ours."""
@@ -54,8 +54,7 @@ class FrameToFrame:
     def __init__(self, aligner: Aligner, camera: sf.Camera) -> None:  # noqa: D107
         self.aligner, self.camera = aligner, camera
         self.pose: Matrix = np.eye(4)
-        self.step: Matrix = np.eye(4)
-        self.steps = 0
+        self.twist: tuple[Matrix, Matrix] | None = None
         self.before: tuple[Any, View, int] | None = None
 
     def push(self, view: View, stamp_ns: int) -> Tracked:
@@ -69,11 +68,14 @@ class FrameToFrame:
         dt_s = (stamp_ns - self.before[2]) * 1e-9
         found = self.measure(ready, view, dt_s)
         if found.first_from_second is not None:
-            self.step = found.first_from_second
-            self.steps += 1
-        self.pose = self.pose @ self.step
+            self.twist = twist_of(found.first_from_second, dt_s)
+        self.pose = self.pose @ self.predicted(dt_s)
         self.before = (ready, view, stamp_ns)
         return Tracked(self.pose, found.first_from_second is None, found.reason)
+
+    def predicted(self, dt_s: float) -> Matrix:
+        """The step that the last measured velocity makes; none before the first."""
+        return np.eye(4) if self.twist is None else motion_of(*self.twist, dt_s)
 
     def start(self, ready: Any, view: View, stamp_ns: int) -> None:
         """The first frame."""
@@ -106,12 +108,13 @@ class FrameToKeyframe(FrameToFrame):
         """
         assert self.before is not None
         self.key_age_ns += round(dt_s * 1e9)
-        guess = self.key_from_before @ self.step
+        predicted = self.predicted(dt_s)
+        guess = self.key_from_before @ predicted
         found = self.aligner.align(self.key, ready, self.key_age_ns * 1e-9, guess)
         if found.first_from_second is not None:
             step = inverse(self.key_from_before) @ found.first_from_second
             against_key = plausible(Aligned(step), dt_s)
-            surprised = self.steps > 0 and is_surprise(self.step, step)
+            surprised = self.twist is not None and is_surprise(predicted, step)
             if against_key.first_from_second is not None and not surprised:
                 self.key_from_before = found.first_from_second
                 if self.key_rule.is_over(self.key_from_before):
