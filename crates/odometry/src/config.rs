@@ -56,6 +56,9 @@ pub struct Config {
     pub block_known_share: f64,
     /// Largest spread of the inverse depth within a block, as a share of its mean: more is a jump.
     pub max_jump: f64,
+    /// Bend of the inverse depth across three of the finest blocks, 1/m, from which there is an edge
+    /// between surfaces (or a sharp crease); counts only where the noise is well below.
+    pub max_bend: f64,
     /// Number of domains wanted on the finest level; small images get fewer, of at least 4x4
     /// blocks.
     pub domains: usize,
@@ -110,6 +113,7 @@ impl Default for Config {
             warps: 0,
             block_known_share: 0.8,
             max_jump: 0.12,
+            max_bend: 3e-3,
             domains: 500,
             domain_known_share: 0.3,
             sweeps: 6,
@@ -209,6 +213,7 @@ impl Config {
             }
         }
         let positive = [
+            ("max_bend", self.max_bend),
             ("domain_noise", self.domain_noise),
             ("good_residual_scale", self.good_residual_scale),
             ("max_residual_scale", self.max_residual_scale),
