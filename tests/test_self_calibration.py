@@ -104,7 +104,7 @@ def test_calib_verbs_of_a_standing_camera_fail_and_write_nothing(standing, tmp_p
 
 def test_calib_rolling_shutter_prints_the_parameter_and_writes_the_file(moving, tmp_path):
     out = tmp_path / "camera.toml"
-    command = ["calib", "rolling-shutter", str(moving), "--out", str(out), "--max-pairs", "40"]
+    command = ["calib", "rolling-shutter", str(moving), "--out", str(out), "--max-pairs", "60"]
     result = CliRunner().invoke(app, [*command, "--json"])
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
