@@ -113,7 +113,7 @@ impl Default for Config {
             warps: 0,
             block_known_share: 0.8,
             max_jump: 0.12,
-            max_bend: 3e-3,
+            max_bend: 1.5e-3,
             domains: 500,
             domain_known_share: 0.3,
             sweeps: 6,
