@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 __all__ = [
+    "AttitudeFilter",
+    "AttitudeRun",
+    "AttitudeState",
     "Camera",
     "DepthOdometry",
     "Frame",
@@ -23,6 +26,7 @@ __all__ = [
     "SphereGrid",
     "Trajectory",
     "VelocityEstimate",
+    "VisualAttitude",
     "VoxelCloud",
     "__version__",
     "associate",
@@ -35,6 +39,85 @@ _Status = Literal["started", "tracked", "weak", "lost", "skipped"]
 _Along = Literal["axis", "ray"]
 _Path = str | PathLike[str]
 _TrajectoryFormat = Literal["tum", "kitti", "euroc"]
+
+_ObserverStatus = Literal["starting", "ok", "weak", "skipped"]
+
+@final
+class AttitudeState:
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def status(self) -> _ObserverStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def at_rest(self) -> bool: ...
+    @property
+    def mag_disturbed(self) -> bool: ...
+
+@final
+class AttitudeRun:
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def status(self) -> list[_ObserverStatus]: ...
+    @property
+    def reason(self) -> list[str | None]: ...
+    @property
+    def at_rest(self) -> NDArray[np.bool_]: ...
+    @property
+    def mag_disturbed(self) -> NDArray[np.bool_]: ...
+    def __len__(self) -> int: ...
+
+@final
+class AttitudeFilter:
+    def __new__(
+        cls,
+        method: Literal["inertial", "invariant"] = "inertial",
+        *,
+        world: Literal["enu", "rdf"] = "enu",
+        tau_accel_s: float = 3.0,
+        tau_mag_s: float = 9.0,
+        motion_bias: bool = True,
+        rest_bias: bool = True,
+        reject_disturbance: bool = True,
+        gyro_limit_rad_s: float | None = None,
+        max_gap_s: float = 0.5,
+    ) -> AttitudeFilter: ...
+    def step(
+        self,
+        gyro_rad_s: ArrayLike,
+        accel_m_s2: ArrayLike,
+        mag_ut: ArrayLike | None = None,
+        *,
+        dt_s: float,
+    ) -> AttitudeState: ...
+    def run(
+        self,
+        gyro_rad_s: ArrayLike,
+        accel_m_s2: ArrayLike,
+        mag_ut: ArrayLike | None,
+        stamp_ns: ArrayLike,
+    ) -> AttitudeRun: ...
+    @property
+    def state(self) -> AttitudeState: ...
+
+@final
+class VisualAttitude:
+    def __new__(cls, gain_per_s: float = 2.0) -> VisualAttitude: ...
+    def step(
+        self,
+        gyro_rad_s: ArrayLike,
+        visual_quat_xyzw: ArrayLike | None = None,
+        *,
+        dt_s: float,
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    @property
+    def quat_xyzw(self) -> _Floats | None: ...
 
 @final
 class Camera:

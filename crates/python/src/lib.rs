@@ -1,6 +1,7 @@
 //! The Python module `sphereflow._native`: argument checks, views, error mapping; no arithmetic on pixels.
 
 mod arrays;
+mod attitude;
 mod camera;
 mod errors;
 mod frame;
@@ -20,6 +21,8 @@ use pyo3::prelude::*;
 mod _native {
     use super::*;
 
+    #[pymodule_export]
+    use crate::attitude::{PyAttitudeFilter, PyAttitudeRun, PyAttitudeState, PyVisualAttitude};
     #[pymodule_export]
     use crate::camera::PyCamera;
     #[pymodule_export]
