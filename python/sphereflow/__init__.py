@@ -18,7 +18,7 @@ z forward; see CONVENTIONS.md.
 
 from typing import TYPE_CHECKING, Any
 
-from sphereflow import attitude, errors, eval, io, odometry, sim, slam, sphere
+from sphereflow import attitude, errors, eval, io, navigation, observers, odometry, sim, slam, sphere
 from sphereflow._native import Camera, SphereGrid, Trajectory, __version__, associate
 from sphereflow.errors import (
     DataError,
@@ -54,6 +54,8 @@ __all__ = [
     "errors",
     "eval",
     "io",
+    "navigation",
+    "observers",
     "odometry",
     "run",
     "sim",

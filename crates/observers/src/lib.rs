@@ -6,8 +6,12 @@
 //! a state that is not finite.
 
 pub mod attitude;
+pub mod calibration;
+mod checks;
 mod error;
+pub mod imu_bias;
 mod status;
+pub mod velocity_bias;
 
 pub use error::Error;
 pub use status::{Reason, Sensor, Status};

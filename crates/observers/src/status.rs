@@ -108,6 +108,10 @@ pub enum Reason {
         /// How many.
         directions: usize,
     },
+    /// A recording that should be at rest moves.
+    NotStill,
+    /// The time offset is not told: the motion is too even, or the offset lies beyond the search.
+    OffsetUnclear,
     /// Too few pixels could be used; `share` of 1.
     FewPixels {
         /// Share of pixels used.
@@ -214,6 +218,11 @@ impl fmt::Display for Reason {
             Self::Unobservable { directions } => write!(
                 f,
                 "{directions} direction(s) of the state are not observable from the motion so far"
+            ),
+            Self::NotStill => write!(f, "the recording is not at rest"),
+            Self::OffsetUnclear => write!(
+                f,
+                "the time offset is not clear: too even a motion, or beyond the offsets tried"
             ),
             Self::FewPixels { share } => {
                 write!(f, "only {:.1} % of the pixels can be used", 100.0 * share)

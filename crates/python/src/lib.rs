@@ -2,10 +2,13 @@
 
 mod arrays;
 mod attitude;
+mod calibration;
 mod camera;
 mod errors;
 mod frame;
 mod grid;
+mod navigation;
+mod observers;
 mod odometry;
 mod recording;
 mod sim;
@@ -24,11 +27,19 @@ mod _native {
     #[pymodule_export]
     use crate::attitude::{PyAttitudeFilter, PyAttitudeRun, PyAttitudeState, PyVisualAttitude};
     #[pymodule_export]
+    use crate::calibration::{calibrate_camera_imu, calibrate_imu_still, calibrate_mag_ellipsoid};
+    #[pymodule_export]
     use crate::camera::PyCamera;
     #[pymodule_export]
     use crate::frame::{PyFrame, PyFrameIterator};
     #[pymodule_export]
     use crate::grid::PySphereGrid;
+    #[pymodule_export]
+    use crate::navigation::{PyNavigationFilter, PyNavigationState};
+    #[pymodule_export]
+    use crate::observers::{
+        PyImuBiasEstimator, PyImuBiasState, PyVelocityBiasEstimator, PyVelocityBiasState,
+    };
     #[pymodule_export]
     use crate::odometry::{PyDepthOdometry, PyOdometryResult};
     #[pymodule_export]

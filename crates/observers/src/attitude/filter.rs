@@ -1,9 +1,9 @@
 //! The attitude filter: samples in, attitude with a status out, whichever estimator works inside.
 
-use super::checks::{self, DeadAxis};
 use super::config::{AttitudeConfig, Method, World};
 use super::inertial::InertialFilter;
 use super::invariant::InvariantObserver;
+use crate::checks::{self, DeadAxis};
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 

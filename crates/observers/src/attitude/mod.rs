@@ -5,7 +5,6 @@
 
 mod batch;
 mod bias;
-mod checks;
 mod config;
 mod filter;
 mod inertial;
