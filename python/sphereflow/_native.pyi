@@ -1,6 +1,6 @@
 """Types of the compiled half of sphereflow. Private: import `sphereflow`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, final
@@ -19,11 +19,16 @@ __all__ = [
     "FrameIterator",
     "ImuBiasEstimator",
     "ImuBiasState",
+    "Information",
     "NavigationFilter",
     "NavigationState",
     "OdometryResult",
+    "OptimiseReport",
+    "RangeFlow",
     "Recording",
     "RecordingWriter",
+    "SelfCalibration",
+    "SelfCalibrator",
     "SimulatedFrame",
     "SimulatedFrames",
     "Simulator",
@@ -40,12 +45,14 @@ __all__ = [
     "calibrate_imu_still",
     "calibrate_mag_ellipsoid",
     "estimate_velocity",
+    "information",
     "open_recording",
 ]
 
 _Floats = NDArray[np.float64]
 _Status = Literal["started", "tracked", "weak", "lost", "skipped"]
 _Along = Literal["axis", "ray"]
+_Method = Literal["pyramid", "single"]
 _Path = str | PathLike[str]
 _TrajectoryFormat = Literal["tum", "kitti", "euroc"]
 
@@ -286,6 +293,12 @@ class VelocityEstimate:
     @property
     def known_share(self) -> float: ...
     @property
+    def overlap(self) -> float: ...
+    @property
+    def flow_px(self) -> float: ...
+    @property
+    def rejected_share(self) -> float: ...
+    @property
     def domains(self) -> int: ...
     @property
     def residual_scale(self) -> float: ...
@@ -296,14 +309,63 @@ def estimate_velocity(
     depth1_m: ArrayLike,
     dt_s: float,
     *,
-    method: Literal["single"] = "single",
+    method: Literal["pyramid", "single", "thesis"] = "pyramid",
     along: _Along = "axis",
-    warps: int | None = None,
     domains: int | None = None,
+    gyro_rad_s: ArrayLike | None = None,
+    gyro_std_rad_s: float = 3e-3,
+    prior_m_s: ArrayLike | None = None,
+    prior_std_m_s: float = 0.1,
+    image0: ArrayLike | None = None,
+    image1: ArrayLike | None = None,
+    brightness_weight: float | None = None,
+    max_std_m: float | None = None,
 ) -> VelocityEstimate: ...
 
 @final
+class OptimiseReport:
+    @property
+    def keyframes(self) -> int: ...
+    @property
+    def edges(self) -> int: ...
+    @property
+    def rejected(self) -> int: ...
+    @property
+    def failed(self) -> int: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def largest_change_m(self) -> float: ...
+
+@final
+class Information:
+    @property
+    def matrix(self) -> _Floats: ...
+    @property
+    def mean_range_m(self) -> float: ...
+    @property
+    def eigenvalues(self) -> _Floats: ...
+    @property
+    def directions(self) -> _Floats: ...
+    @property
+    def score(self) -> float: ...
+    @property
+    def domains(self) -> int: ...
+    def unseen(self, limit: float = 0.01) -> _Floats: ...
+    def unseen_names(self, limit: float = 0.01) -> list[str]: ...
+
+def information(camera: Camera, depth_m: ArrayLike, *, along: _Along = "axis") -> Information: ...
+
+@final
 class OdometryResult:
+    @property
+    def keyframe(self) -> int | None: ...
+    @property
+    def keyframe_from_camera(self) -> _Floats | None: ...
+    @property
+    def keyframe_covariance(self) -> _Floats | None: ...
+    @property
+    def rejected_share(self) -> float: ...
     @property
     def stamp_ns(self) -> int: ...
     @property
@@ -337,14 +399,98 @@ class DepthOdometry:
         cls,
         camera: Camera,
         *,
-        method: Literal["single"] = "single",
+        method: _Method = "pyramid",
         along: _Along = "axis",
-        warps: int | None = None,
         domains: int | None = None,
+        max_std_m: float | None = None,
+        keyframes: bool = True,
+        readout_s: float = 0.0,
+        depth_corrected: bool = False,
     ) -> DepthOdometry: ...
     @property
     def camera(self) -> Camera: ...
-    def push(self, depth_m: ArrayLike | None, stamp_ns: int) -> OdometryResult: ...
+    @property
+    def keyframe_count(self) -> int: ...
+    def push(
+        self,
+        depth_m: ArrayLike | None,
+        stamp_ns: int,
+        *,
+        gyro_rad_s: ArrayLike | None = None,
+        gyro_std_rad_s: float = 3e-3,
+    ) -> OdometryResult: ...
+    def optimise(self, progress: Callable[[int, int], object] | None = None) -> OptimiseReport: ...
+    def trajectory(self) -> Trajectory: ...
+
+@final
+class RangeFlow:
+    def __new__(
+        cls, camera: Camera, *, levels: Sequence[int] = (16, 8, 4), along: _Along = "axis"
+    ) -> RangeFlow: ...
+    @property
+    def camera(self) -> Camera: ...
+    @property
+    def levels(self) -> list[int]: ...
+    def estimate(
+        self,
+        depth0_m: ArrayLike,
+        depth1_m: ArrayLike,
+        dt_s: float,
+        *,
+        guess: ArrayLike | None = None,
+    ) -> VelocityEstimate: ...
+
+@final
+class SelfCalibration:
+    @property
+    def status(self) -> Literal["calibrated", "not observable", "no improvement"]: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def camera(self) -> Camera: ...
+    @property
+    def depth_correction(self) -> dict[str, dict[str, float]]: ...
+    @property
+    def readout_s(self) -> float: ...
+    @property
+    def parameters(self) -> list[dict[str, Any]]: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def held(self) -> list[dict[str, Any]]: ...
+    @property
+    def residual_before(self) -> float: ...
+    @property
+    def residual_after(self) -> float: ...
+    @property
+    def inflation(self) -> float: ...
+    @property
+    def frames(self) -> int: ...
+    @property
+    def pairs(self) -> int: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def rms_rate_rad_s(self) -> float: ...
+    @property
+    def rms_speed_m_s(self) -> float: ...
+    def write(self, path: _Path, recording: Recording) -> None: ...
+
+@final
+class SelfCalibrator:
+    def __new__(
+        cls,
+        camera: Camera,
+        *,
+        lens: bool = True,
+        field: bool = True,
+        readout: bool = True,
+        readout_s: float = 0.0,
+        max_pairs: int | None = None,
+    ) -> SelfCalibrator: ...
+    def push(self, depth_m: ArrayLike, stamp_ns: int) -> OdometryResult: ...
+    def solve(self, progress: Callable[[int, int], object] | None = None) -> SelfCalibration: ...
+    def __len__(self) -> int: ...
 
 @final
 class Frame:
@@ -378,6 +524,8 @@ class Recording:
     def depth_scale(self) -> float | None: ...
     @property
     def readout_s(self) -> float | None: ...
+    @property
+    def depth_corrected(self) -> bool: ...
     @property
     def truth(self) -> Trajectory | None: ...
     @property
@@ -657,9 +805,7 @@ class NavigationFilter:
     def push_imu(
         self, stamp_ns: int, gyro_rad_s: ArrayLike, accel_m_s2: ArrayLike
     ) -> tuple[_ObserverStatus, str | None]: ...
-    def push_mag(
-        self, stamp_ns: int, mag_ut: ArrayLike
-    ) -> tuple[_ObserverStatus, str | None]: ...
+    def push_mag(self, stamp_ns: int, mag_ut: ArrayLike) -> tuple[_ObserverStatus, str | None]: ...
     def push_velocity(
         self, stamp_ns: int, velocity_m_s: ArrayLike, covariance: ArrayLike
     ) -> tuple[_ObserverStatus, str | None]: ...

@@ -43,9 +43,7 @@ def test_broad_is_better_than_the_published_madgwick_and_mahony(recordings: Path
         trial = scipy_io.loadmat(path, squeeze_me=True)
         count = len(trial["imu_gyr"])
         stamp_ns = np.round(np.arange(count) / trial["sampling_rate"] * 1e9).astype(np.int64)
-        run = AttitudeFilter().run(
-            trial["imu_gyr"], trial["imu_acc"], trial["imu_mag"], stamp_ns
-        )
+        run = AttitudeFilter().run(trial["imu_gyr"], trial["imu_acc"], trial["imu_mag"], stamp_ns)
         ours.append(total_rmse_deg(run.quat_xyzw, trial))
         rows = [row for row in published if row["trial"] == path.stem]
         best.append(min(float(row["total_rmse_deg_best"]) for row in rows))
@@ -65,7 +63,7 @@ def test_run_names_the_argument_of_the_wrong_shape() -> None:
 
 def test_step_and_run_agree_and_are_unit() -> None:
     rng = np.random.default_rng(1)
-    gyro, accel = rng.normal(size=(200, 3)), rng.normal(size=(200, 3)) + [0, 0, 9.81]
+    gyro, accel = rng.normal(size=(200, 3)), rng.normal(size=(200, 3)) + np.array([0, 0, 9.81])
     run = AttitudeFilter().run(gyro, accel, None, np.arange(200) * 5_000_000)
     single = AttitudeFilter()
     for g, a in zip(gyro, accel, strict=True):

@@ -1,8 +1,12 @@
 """The Python face of the bias estimators, the navigation filter and the calibrations."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 import sphereflow as sf
+from sphereflow.cli.app import app
 from sphereflow.navigation import NavigationFilter
 from sphereflow.observers import (
     ImuBiasEstimator,
@@ -10,6 +14,7 @@ from sphereflow.observers import (
     calibrate_camera_imu,
     calibrate_mag_ellipsoid,
 )
+from typer.testing import CliRunner
 
 
 def test_velocity_bias_of_a_simulated_room_is_found_without_linear_velocity() -> None:
@@ -71,7 +76,7 @@ def test_calibrations_say_what_they_found_and_whether_it_was_shown() -> None:
     rng = np.random.default_rng(0)
     field = rng.normal(size=(500, 3))
     field *= 48 / np.linalg.norm(field, axis=1, keepdims=True)
-    found = calibrate_mag_ellipsoid(field + [5, -3, 8])
+    found = calibrate_mag_ellipsoid(field + np.array([5, -3, 8]))
     np.testing.assert_allclose(found["hard_iron_ut"], [5, -3, 8], atol=1e-6)
     assert found["status"] == "ok"
     t = np.arange(0, 10, 0.005)
@@ -80,3 +85,23 @@ def test_calibrations_say_what_they_found_and_whether_it_was_shown() -> None:
     found = calibrate_camera_imu(gyro[20:-20:6], stamps[20:-20:6] + 12_000_000, gyro, stamps)
     assert abs(found["time_offset_s"] + 0.012) < 1e-4
     assert found["status"] == "ok"
+
+
+def test_cli_calibrations_of_a_simulated_recording(tmp_path: Path) -> None:
+    runner = CliRunner()
+    still = sf.sim.Simulator(motion="still", duration_s=12.0, rate_hz=1.0)
+    still.write(tmp_path / "still")
+    result = runner.invoke(app, ["calib", "imu-still", str(tmp_path / "still"), "--json"])
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert found["status"] == "ok"
+    assert len(found["gyro_bias_rad_s"]) == 3
+    result = runner.invoke(app, ["calib", "mag-ellipsoid", str(tmp_path / "still")])
+    assert result.exit_code != 0
+    assert "magnetometer" in result.output
+    moving = sf.sim.Simulator(motion="hand_held", duration_s=2.0, depth_noise="none")
+    moving.write(tmp_path / "moving")
+    result = runner.invoke(app, ["calib", "camera-imu", str(tmp_path / "moving"), "--json"])
+    found = json.loads(result.stdout)
+    assert abs(found["quat_xyzw"][3]) > 0.999
+    assert abs(found["time_offset_s"]) < 0.005

@@ -10,6 +10,7 @@ pub mod calibration;
 mod checks;
 mod error;
 pub mod imu_bias;
+pub mod navigation;
 mod status;
 pub mod velocity_bias;
 

@@ -46,6 +46,21 @@ impl InverseDepth {
             });
     }
 
+    /// Fills `self` with the averages of blocks of values of `fine`, which has `width` columns.
+    pub(crate) fn average_of(&mut self, fine: &Self, width: usize, rule: BlockRule) {
+        let rows = fine.values.len() / width / rule.block;
+        let columns = width / rule.block;
+        self.axis = fine.axis;
+        self.values.resize(columns * rows, f32::NAN);
+        for (y, out) in self.values.chunks_mut(columns).enumerate() {
+            let start = y * rule.block * width;
+            let lines = &fine.values[start..start + rule.block * width];
+            for (x, value) in out.iter_mut().enumerate() {
+                *value = block_mean(lines, x * rule.block, width, rule);
+            }
+        }
+    }
+
     /// Share of known values, 0 to 1.
     pub(crate) fn known_share(&self) -> f64 {
         let known = self.values.iter().filter(|v| v.is_finite()).count();
@@ -62,6 +77,29 @@ impl InverseDepth {
                 .iter()
                 .zip(&other.values)
                 .all(|(a, b)| same(a, b))
+    }
+}
+
+/// Mean of a block of inverse depths that begins in column `first`; NaN where unknown.
+fn block_mean(lines: &[f32], first: usize, width: usize, rule: BlockRule) -> f32 {
+    let (mut sum, mut known) = (0.0, 0.0);
+    let (mut low, mut high) = (f32::INFINITY, 0.0_f32);
+    for line in lines.chunks(width) {
+        for &value in &line[first..first + rule.block] {
+            if value > 0.0 {
+                sum += value;
+                known += 1.0;
+                low = low.min(value);
+                high = high.max(value);
+            }
+        }
+    }
+    let mean = sum / known;
+    let enough = known >= rule.known_share * (rule.block * rule.block) as f32;
+    if enough && high - low <= rule.max_spread * mean {
+        mean
+    } else {
+        f32::NAN
     }
 }
 

@@ -136,3 +136,21 @@ pub fn colour(
     Plane::from_vec(width, height, pixels.to_vec())
         .map_err(|error| crate::errors::core_error(&error))
 }
+
+/// Brightness 0 to 255 of a grey `(H, W)` or RGB `(H, W, 3)` image of bytes or floats.
+pub fn brightness(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    size: (usize, usize),
+) -> PyResult<Plane<f32>> {
+    let (width, height) = size;
+    let dimensions: usize = value.getattr("ndim").and_then(|v| v.extract()).unwrap_or(2);
+    if dimensions == 3 {
+        return Ok(sphereflow_core::grey(&colour(value, name, Some(size))?));
+    }
+    let hint = " (grey (H, W) or RGB (H, W, 3), 0 to 255)";
+    let array = contiguous(value, name, "float32", "fu", hint)?.cast_into::<PyArrayDyn<f32>>()?;
+    check_shape(name, array.shape(), &[Some(height), Some(width)])?;
+    let data = array.readonly().as_slice()?.to_vec();
+    Plane::from_vec(width, height, data).map_err(|error| crate::errors::core_error(&error))
+}

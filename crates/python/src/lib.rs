@@ -7,10 +7,13 @@ mod camera;
 mod errors;
 mod frame;
 mod grid;
+mod information;
 mod navigation;
 mod observers;
 mod odometry;
+mod range_flow;
 mod recording;
+mod self_calibration;
 mod sim;
 mod simulated_frame;
 mod slam;
@@ -35,15 +38,21 @@ mod _native {
     #[pymodule_export]
     use crate::grid::PySphereGrid;
     #[pymodule_export]
+    use crate::information::{PyInformation, py_information};
+    #[pymodule_export]
     use crate::navigation::{PyNavigationFilter, PyNavigationState};
     #[pymodule_export]
     use crate::observers::{
         PyImuBiasEstimator, PyImuBiasState, PyVelocityBiasEstimator, PyVelocityBiasState,
     };
     #[pymodule_export]
-    use crate::odometry::{PyDepthOdometry, PyOdometryResult};
+    use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
+    #[pymodule_export]
+    use crate::range_flow::PyRangeFlow;
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
+    #[pymodule_export]
+    use crate::self_calibration::{PySelfCalibration, PySelfCalibrator};
     #[pymodule_export]
     use crate::sim::PySimulator;
     #[pymodule_export]

@@ -6,7 +6,7 @@ use crate::errors::IntoPython;
 use crate::observers::{covariance3, square};
 use crate::trajectory::pose_from;
 use nalgebra::{Matrix6, Vector6};
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use sphereflow_core::{ImuSample, Pose, Stamp};
 use sphereflow_observers::Status;

@@ -256,10 +256,6 @@ impl PyImuBiasState {
     fn reason(&self) -> Option<String> {
         reason_text(self.0.status.reason())
     }
-
-    fn __repr__(&self) -> String {
-        format!("ImuBiasState({})", self.0.status)
-    }
 }
 
 /// Biases of gyro and accelerometer, gravity and velocity from velocities measured in images (the
