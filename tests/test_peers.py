@@ -161,6 +161,31 @@ def test_driver_predicts_a_lost_frame_and_says_so(driver: type[FrameToFrame]) ->
         np.testing.assert_allclose(found.world_from_camera, pose, atol=1e-12)
 
 
+class RunsAway(Knowing):
+    """Aligns with the frame before only; with older ones it is 10 cm off."""
+
+    def align(self, first: int, second: int, dt_s: float, guess: np.ndarray) -> Aligned:
+        found = super().align(first, second, dt_s, guess).first_from_second
+        assert found is not None
+        if second - first > 1:
+            found = found.copy()
+            found[0, 3] += 0.1
+        return Aligned(found)
+
+
+def test_keyframe_driver_falls_back_on_the_frame_before() -> None:
+    step = motion.motion_of(np.array([0.3, 0.0, 0.1]), np.array([0.0, 0.3, 0.2]), 1 / 30)
+    poses = [np.eye(4)]
+    for _ in range(6):
+        poses.append(poses[-1] @ step)
+    tracker = FrameToKeyframe(RunsAway(poses), CAMERA)
+    for i, pose in enumerate(poses):
+        view = View(np.full((96, 128), i + 1.0, np.float32), None)
+        found = tracker.push(view, round(i * 1e9 / 30))
+        assert not found.lost
+        np.testing.assert_allclose(found.world_from_camera, pose, atol=1e-12)
+
+
 def test_driver_refuses_what_no_hand_does() -> None:
     far = np.eye(4)
     far[0, 3] = 1.0

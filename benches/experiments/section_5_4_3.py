@@ -1,7 +1,7 @@
 """Biases of velocities from images, in the thesis's simulation.
 
 Thesis: Figure 5.4. Thesis: Figure 5.5. Thesis: Figure 5.6. Thesis: Figure 5.7.
-A room painted with sinusoids is seen by a camera of 50 x 40 degrees at 42 Hz, with biases of 2.5 m/s
+A room painted with sinusoids is seen by a camera of 50 x 40 degrees at 42 Hz, biases being 2.5 m/s
 and 0.05 rad/s, without noise and with that of section 5.4.3. The observer (5.33) with the printed
 gains (its source corrected, its discretisation stable) stands beside its normalised form and the
 information form. The thesis's path is only plotted; here it is that of section 4.1.1.

@@ -14,8 +14,8 @@ brackets, 90th percentiles of the velocity errors over all pairs; a lost pair co
 wrong. Recordings: rms after SE(3) alignment, rms over 1 s, all frames, predicted ones included.
 `frame`: each frame against the one before; `keyframe`: against a keyframe changed by one rule for
 all (overlap 70 %, median flow 120 pixels), from a constant-velocity guess where the method takes
-one (OpenCV's takes none); `own`: by our odometry. Distorted recordings are undistorted for the
-peers, ours take them as they are.
+one (OpenCV's takes none), and against the frame before where that surprises; `own`: by our
+odometry. Distorted recordings are undistorted for the peers, ours take them as they are.
 """
 
 

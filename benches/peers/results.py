@@ -50,7 +50,7 @@ def here_and_now() -> str:
             versions.append(f"{package} {version(package)}")
         except PackageNotFoundError:
             continue
-    day = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    day = datetime.now(UTC).strftime("%Y-%m-%d")
     return f"{day}; {names[0]}, {os.cpu_count()} cores; {', '.join(versions)}"
 
 

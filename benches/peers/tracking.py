@@ -15,10 +15,14 @@ import numpy as np
 import sphereflow as sf
 
 from benches.peers.align import Aligned, Aligner, Matrix, View
-from benches.peers.motion import inverse, rotation_vector
+from benches.peers.motion import inverse, motion_of, rotation_vector, twist_of
 
 MAX_SPEED_M_S, MAX_RATE_RAD_S = 4.0, 8.0
 """Faster is no hand-held camera: the same gate as ours."""
+
+MAX_SURPRISE_M, MAX_SURPRISE_RAD = 0.05, 0.1
+"""An alignment with a keyframe is believed this near to the prediction: ten times what a hand's
+accelerations do within a thirtieth of a second. Without this Open3D and ICP run away."""
 
 MIN_OVERLAP = 0.7
 MAX_FLOW_PX = 120.0
@@ -50,7 +54,7 @@ class FrameToFrame:
     def __init__(self, aligner: Aligner, camera: sf.Camera) -> None:  # noqa: D107
         self.aligner, self.camera = aligner, camera
         self.pose: Matrix = np.eye(4)
-        self.step: Matrix = np.eye(4)
+        self.twist: tuple[Matrix, Matrix] | None = None
         self.before: tuple[Any, View, int] | None = None
 
     def push(self, view: View, stamp_ns: int) -> Tracked:
@@ -64,10 +68,14 @@ class FrameToFrame:
         dt_s = (stamp_ns - self.before[2]) * 1e-9
         found = self.measure(ready, view, dt_s)
         if found.first_from_second is not None:
-            self.step = found.first_from_second
-        self.pose = self.pose @ self.step
+            self.twist = twist_of(found.first_from_second, dt_s)
+        self.pose = self.pose @ self.predicted(dt_s)
         self.before = (ready, view, stamp_ns)
         return Tracked(self.pose, found.first_from_second is None, found.reason)
+
+    def predicted(self, dt_s: float) -> Matrix:
+        """The step that the last measured velocity makes; none before the first."""
+        return np.eye(4) if self.twist is None else motion_of(*self.twist, dt_s)
 
     def start(self, ready: Any, view: View, stamp_ns: int) -> None:
         """The first frame."""
@@ -94,15 +102,20 @@ class FrameToKeyframe(FrameToFrame):
         self.key_age_ns = 0
 
     def measure(self, ready: Any, view: View, dt_s: float) -> Aligned:
-        """Against the keyframe; failing that against the frame before, which ends the keyframe."""
+        """Against the keyframe; failing that against the frame before, which ends the keyframe.
+
+        An alignment that surprises has failed too.
+        """
         assert self.before is not None
         self.key_age_ns += round(dt_s * 1e9)
-        guess = self.key_from_before @ self.step
+        predicted = self.predicted(dt_s)
+        guess = self.key_from_before @ predicted
         found = self.aligner.align(self.key, ready, self.key_age_ns * 1e-9, guess)
         if found.first_from_second is not None:
             step = inverse(self.key_from_before) @ found.first_from_second
             against_key = plausible(Aligned(step), dt_s)
-            if against_key.first_from_second is not None:
+            surprised = self.twist is not None and is_surprise(predicted, step)
+            if against_key.first_from_second is not None and not surprised:
                 self.key_from_before = found.first_from_second
                 if self.key_rule.is_over(self.key_from_before):
                     self.set_key(ready, view, 0)
@@ -142,6 +155,13 @@ class KeyframeRule:
 def same(a: View, b: View) -> bool:
     """True for a repeated image."""
     return np.array_equal(a.depth_m, b.depth_m, equal_nan=True)
+
+
+def is_surprise(predicted: Matrix, measured: Matrix) -> bool:
+    """True where two steps differ by more than a hand can do."""
+    apart = inverse(predicted) @ measured
+    moved, turned = np.linalg.norm(apart[:3, 3]), np.linalg.norm(rotation_vector(apart[:3, :3]))
+    return bool(moved > MAX_SURPRISE_M or turned > MAX_SURPRISE_RAD)
 
 
 def plausible(found: Aligned, dt_s: float) -> Aligned:
