@@ -37,26 +37,36 @@ def with_vqf(trial: Trial) -> np.ndarray:
 def with_imufusion(trial: Trial) -> np.ndarray:
     """imufusion's AHRS with its bias estimator, East-North-Up, at its example's settings."""
     imufusion = importlib.import_module("imufusion")
-    rate = round(1 / trial["dt"])
-    ahrs, bias = imufusion.Ahrs(), imufusion.Offset(rate)
-    ahrs.settings = imufusion.Settings(imufusion.CONVENTION_ENU, 0.5, 2000, 10, 10, 5 * rate)
+    settings, bias_settings = imufusion.AhrsSettings(), imufusion.BiasSettings()
+    settings.convention, settings.sample_rate = imufusion.CONVENTION_ENU, 1 / trial["dt"]
+    settings.gain, settings.gyroscope_range = 0.5, 2000
+    settings.acceleration_rejection = settings.magnetic_rejection = 10
+    settings.rejection_timeout = bias_settings.stationary_period = 5
+    bias_settings.sample_rate = 1 / trial["dt"]
+    ahrs, bias = imufusion.Ahrs(), imufusion.Bias()
+    ahrs.set_settings(settings)
+    bias.set_settings(bias_settings)
     out = np.empty((len(trial["gyr"]), 4))
     gyr = np.degrees(trial["gyr"])
     acc = trial["acc"] / 9.81
     for i in range(len(out)):
-        ahrs.update(bias.update(gyr[i]), acc[i], trial["mag"][i], trial["dt"])
-        q = ahrs.quaternion
-        out[i] = q.w, q.x, q.y, q.z
+        ahrs.update(bias.update(gyr[i]), acc[i], trial["mag"][i])
+        out[i] = ahrs.get_quaternion()
     return out
 
 
 def with_ahrs(trial: Trial, name: str) -> np.ndarray:
-    """A filter of the ahrs package at its defaults; its frames are North-East-Down or ENU."""
+    """A filter of the ahrs package at its defaults; Madgwick's world is north, west, up."""
     filters = importlib.import_module("ahrs").filters
     found = getattr(filters, name)(
         gyr=trial["gyr"], acc=trial["acc"], mag=1e3 * trial["mag"], frequency=1 / trial["dt"]
     )
-    return np.asarray(found.Q)
+    if name != "Madgwick":
+        return np.asarray(found.Q)
+    # From north, west, up to east, north, up: a quarter turn about the vertical.
+    half = np.sqrt(0.5)
+    w, x, y, z = np.asarray(found.Q).T
+    return np.stack([w - z, x - y, y + x, z + w], 1) * half
 
 
 def rmse_deg(quat: np.ndarray, trial: Trial) -> tuple[float, float, float]:
