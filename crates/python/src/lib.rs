@@ -1,11 +1,15 @@
 //! The Python module `sphereflow._native`: argument checks, views, error mapping; no arithmetic on pixels.
 
 mod arrays;
+mod attitude;
+mod calibration;
 mod camera;
 mod errors;
 mod frame;
 mod grid;
 mod information;
+mod navigation;
+mod observers;
 mod odometry;
 mod range_flow;
 mod recording;
@@ -24,6 +28,10 @@ mod _native {
     use super::*;
 
     #[pymodule_export]
+    use crate::attitude::{PyAttitudeFilter, PyAttitudeRun, PyAttitudeState, PyVisualAttitude};
+    #[pymodule_export]
+    use crate::calibration::{calibrate_camera_imu, calibrate_imu_still, calibrate_mag_ellipsoid};
+    #[pymodule_export]
     use crate::camera::PyCamera;
     #[pymodule_export]
     use crate::frame::{PyFrame, PyFrameIterator};
@@ -32,8 +40,13 @@ mod _native {
     #[pymodule_export]
     use crate::information::{PyInformation, py_information};
     #[pymodule_export]
-    use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
+    use crate::navigation::{PyNavigationFilter, PyNavigationState};
     #[pymodule_export]
+    use crate::observers::{
+        PyImuBiasEstimator, PyImuBiasState, PyVelocityBiasEstimator, PyVelocityBiasState,
+    };
+    #[pymodule_export]
+    use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
     #[pymodule_export]
     use crate::range_flow::PyRangeFlow;
     #[pymodule_export]
