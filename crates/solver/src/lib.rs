@@ -5,6 +5,7 @@
 pub mod bundle;
 mod error;
 pub mod generate;
+pub mod graph;
 mod linear;
 mod loss;
 mod minimise;
