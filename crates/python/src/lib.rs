@@ -6,10 +6,12 @@ mod errors;
 mod frame;
 mod grid;
 mod odometry;
+mod pose_graph;
 mod recording;
 mod sim;
 mod simulated_frame;
 mod slam;
+mod solver;
 mod trajectory;
 mod velocity;
 
@@ -29,6 +31,8 @@ mod _native {
     #[pymodule_export]
     use crate::odometry::{PyDepthOdometry, PyOdometryResult};
     #[pymodule_export]
+    use crate::pose_graph::PyPoseGraph;
+    #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
     #[pymodule_export]
     use crate::sim::PySimulator;
@@ -36,6 +40,8 @@ mod _native {
     use crate::simulated_frame::{PySimulatedFrame, PySimulatedFrames};
     #[pymodule_export]
     use crate::slam::PyVoxelCloud;
+    #[pymodule_export]
+    use crate::solver::{PyBundleProblem, PySolverResult};
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
     #[pymodule_export]

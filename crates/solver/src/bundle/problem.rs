@@ -258,6 +258,18 @@ impl BundleProblem {
         self.observations.len()
     }
 
+    /// The measured pixels: pose, point and pixel, in the order in which they were added.
+    pub fn pixels(&self) -> impl Iterator<Item = (usize, usize, Vector2<f64>)> + '_ {
+        self.observations
+            .iter()
+            .filter_map(|o| match o.measurement {
+                Measurement::Pixel { pixel, .. } => {
+                    Some((o.view as usize, o.point as usize, pixel))
+                }
+                _ => None,
+            })
+    }
+
     /// A pose, world from camera; `None` where there is no such pose.
     pub fn pose(&self, pose: usize) -> Option<Pose> {
         self.views.get(pose).map(|view| view.world_from_camera)

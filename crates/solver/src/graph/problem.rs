@@ -248,6 +248,11 @@ impl<G: Group<D>, const D: usize> PoseGraph<G, D> {
         self.edges.iter().map(|edge| (edge.from, edge.to))
     }
 
+    /// The relative measurements of the edges, `from_from_to`.
+    pub fn measured(&self) -> impl Iterator<Item = &G> + '_ {
+        self.edges.iter().map(|edge| &edge.measured)
+    }
+
     /// Move a node: a new start.
     ///
     /// # Errors
