@@ -18,7 +18,7 @@ z forward; see CONVENTIONS.md.
 
 from typing import TYPE_CHECKING, Any
 
-from sphereflow import errors, eval, io, odometry, sim, slam, sphere
+from sphereflow import errors, eval, io, odometry, sim, slam, solver, sphere
 from sphereflow._native import Camera, SphereGrid, Trajectory, __version__, associate
 from sphereflow.errors import (
     DataError,
@@ -57,6 +57,7 @@ __all__ = [
     "run",
     "sim",
     "slam",
+    "solver",
     "sphere",
 ]
 

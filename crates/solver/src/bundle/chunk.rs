@@ -188,7 +188,7 @@ impl Chunk {
     /// Half the sum of the losses at the current points or the candidates, into `cost`; `None`
     /// where a point is not seen.
     pub fn evaluate(&mut self, scene: &Scene, candidate: bool) {
-        self.cost = pulp::Arch::new().dispatch(|| self.evaluate_inner(scene, candidate));
+        self.cost = pulp::Arch::new().dispatch(Evaluate(self, scene, candidate));
     }
 
     #[inline(always)]
@@ -226,23 +226,14 @@ impl Chunk {
         self.gradient.fill(0.0);
         self.gradient_max = 0.0;
         self.clear_reduced();
-        pulp::Arch::new().dispatch(|| {
-            let mut normal = Normal::new();
-            for point in 0..self.points.len() {
-                self.linearise_point(point, scene, (pattern, direct), &mut normal);
-                self.eliminate_point(point, pattern, damping, lambda);
-            }
-        });
+        let work = Linearise(self, scene, (pattern, direct), (damping, lambda));
+        pulp::Arch::new().dispatch(work);
     }
 
     /// The elimination alone, with another damping.
     pub fn eliminate(&mut self, pattern: &BlockPattern, damping: Damping, lambda: f64) {
         self.clear_reduced();
-        pulp::Arch::new().dispatch(|| {
-            for point in 0..self.points.len() {
-                self.eliminate_point(point, pattern, damping, lambda);
-            }
-        });
+        pulp::Arch::new().dispatch(Eliminate(self, pattern, (damping, lambda)));
     }
 
     fn clear_reduced(&mut self) {
@@ -264,6 +255,52 @@ impl Chunk {
                     k += 1;
                 }
             }
+        }
+    }
+}
+
+/// Loops over the points of a chunk, compiled once for every width of vectors and chosen when they
+/// run. A closure would do, were it certain to be inlined.
+struct Evaluate<'a>(&'a Chunk, &'a Scene<'a>, bool);
+struct Linearise<'a>(
+    &'a mut Chunk,
+    &'a Scene<'a>,
+    (&'a BlockPattern, &'a Direct),
+    (Damping, f64),
+);
+struct Eliminate<'a>(&'a mut Chunk, &'a BlockPattern, (Damping, f64));
+
+impl pulp::WithSimd for Evaluate<'_> {
+    type Output = Option<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Option<f64> {
+        self.0.evaluate_inner(self.1, self.2)
+    }
+}
+
+impl pulp::WithSimd for Linearise<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self(chunk, scene, maps, (damping, lambda)) = self;
+        let mut normal = Normal::new();
+        for point in 0..chunk.points.len() {
+            chunk.linearise_point(point, scene, maps, &mut normal);
+            chunk.eliminate_point(point, maps.0, damping, lambda);
+        }
+    }
+}
+
+impl pulp::WithSimd for Eliminate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self(chunk, pattern, (damping, lambda)) = self;
+        for point in 0..chunk.points.len() {
+            chunk.eliminate_point(point, pattern, damping, lambda);
         }
     }
 }
