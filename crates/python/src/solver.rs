@@ -234,8 +234,8 @@ fn loss(name: &str, threshold: f64) -> PyResult<Loss> {
 }
 
 /// A square matrix of `N` rows.
-pub fn square<'py, const N: usize>(
-    value: &Bound<'py, PyAny>,
+pub fn square<const N: usize>(
+    value: &Bound<'_, PyAny>,
     name: &str,
 ) -> PyResult<nalgebra::SMatrix<f64, N, N>> {
     let array = floats(value, name, &[Some(N), Some(N)])?;

@@ -51,22 +51,23 @@ pub(super) fn read(path: &Path, text: &str) -> Result<BundleProblem> {
 
 pub(super) fn write(path: &Path, problem: &BundleProblem) -> Result<()> {
     write_file(path, |file| {
-        let refused = |error| Error::system(path, "write")(error);
         let counts = (problem.poses(), problem.points(), problem.observations());
-        writeln!(file, "{} {} {}", counts.0, counts.1, counts.2).map_err(refused)?;
+        writeln!(file, "{} {} {}", counts.0, counts.1, counts.2)
+            .map_err(Error::system(path, "write"))?;
         for (pose, point, pixel) in problem.pixels() {
-            writeln!(file, "{pose} {point} {:e} {:e}", pixel.x, -pixel.y).map_err(refused)?;
+            writeln!(file, "{pose} {point} {:e} {:e}", pixel.x, -pixel.y)
+                .map_err(Error::system(path, "write"))?;
         }
         for pose in 0..problem.poses() {
             let ([f, k1, k2], theirs) = camera_of(path, problem, pose)?;
             let (r, t) = (so3::log(&theirs.rotation), theirs.translation);
             for value in [r.x, r.y, r.z, t.x, t.y, t.z, f, k1, k2] {
-                writeln!(file, "{value:e}").map_err(refused)?;
+                writeln!(file, "{value:e}").map_err(Error::system(path, "write"))?;
             }
         }
         for point in (0..problem.points()).filter_map(|point| problem.point(point)) {
             for value in point.iter() {
-                writeln!(file, "{value:e}").map_err(refused)?;
+                writeln!(file, "{value:e}").map_err(Error::system(path, "write"))?;
             }
         }
         Ok(())

@@ -21,7 +21,7 @@ pub struct PoseGraphFile {
     pub graph: PoseGraph<Pose, 6>,
     /// The file's numbers of the nodes.
     pub ids: Vec<u64>,
-    /// The edges as they stand in the file.
+    /// The edges as they stand in the file, then what it fixes.
     edges: Vec<String>,
 }
 
@@ -85,6 +85,7 @@ pub fn read_g2o(path: &Path) -> Result<PoseGraphFile> {
         graph
             .fix_node(node)
             .map_err(|error| row.error("a node", error))?;
+        lines.push(format!("FIX {}", row.text(1)));
     }
     Ok(PoseGraphFile {
         graph,
@@ -100,14 +101,14 @@ impl PoseGraphFile {
     /// Where the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         write_file(path, |file| {
-            let refused = |error| Error::system(path, "write")(error);
             for (id, node) in self.ids.iter().zip(self.graph.nodes()) {
                 let (t, [x, y, z, w]) = (node.translation, node.quat_xyzw());
                 let line = format!("{} {} {} {x} {y} {z} {w}", t.x, t.y, t.z);
-                writeln!(file, "VERTEX_SE3:QUAT {id} {line}").map_err(refused)?;
+                writeln!(file, "VERTEX_SE3:QUAT {id} {line}")
+                    .map_err(Error::system(path, "write"))?;
             }
             for edge in &self.edges {
-                writeln!(file, "{edge}").map_err(refused)?;
+                writeln!(file, "{edge}").map_err(Error::system(path, "write"))?;
             }
             Ok(())
         })
