@@ -6,6 +6,7 @@ pub mod bundle;
 mod error;
 pub mod generate;
 pub mod graph;
+pub mod inertial;
 mod linear;
 mod loss;
 mod minimise;

@@ -18,6 +18,8 @@ mod state;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use prior::root_information;
+
 pub use adjuster::{BundleAdjuster, BundleSummary, adjust};
 pub use issue::Issue;
 pub use problem::{BundleProblem, Losses};
