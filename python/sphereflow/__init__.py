@@ -28,6 +28,7 @@ from sphereflow import (
     odometry,
     sim,
     slam,
+    solver,
     sphere,
 )
 from sphereflow._native import Camera, SphereGrid, Trajectory, __version__, associate
@@ -71,6 +72,7 @@ __all__ = [
     "run",
     "sim",
     "slam",
+    "solver",
     "sphere",
 ]
 

@@ -13,6 +13,7 @@ __all__ = [
     "AttitudeFilter",
     "AttitudeRun",
     "AttitudeState",
+    "BundleProblem",
     "Camera",
     "DepthOdometry",
     "Frame",
@@ -25,6 +26,7 @@ __all__ = [
     "OdometryResult",
     "OptimiseReport",
     "RangeFlow",
+    "PoseGraph",
     "Recording",
     "RecordingWriter",
     "SelfCalibration",
@@ -32,6 +34,7 @@ __all__ = [
     "SimulatedFrame",
     "SimulatedFrames",
     "Simulator",
+    "SolverResult",
     "SphereGrid",
     "Trajectory",
     "VelocityBiasEstimator",
@@ -53,6 +56,7 @@ _Floats = NDArray[np.float64]
 _Status = Literal["started", "tracked", "weak", "lost", "skipped"]
 _Along = Literal["axis", "ray"]
 _Method = Literal["pyramid", "single"]
+_Loss = Literal["quadratic", "huber", "cauchy", "tukey"]
 _Path = str | PathLike[str]
 _TrajectoryFormat = Literal["tum", "kitti", "euroc"]
 
@@ -647,6 +651,126 @@ class Simulator:
         self, path: _Path, *, progress: Callable[[int, int], object] | None = None
     ) -> None: ...
     def __len__(self) -> int: ...
+
+@final
+class BundleProblem:
+    def __new__(cls) -> BundleProblem: ...
+    @staticmethod
+    def read(path: _Path) -> BundleProblem: ...
+    @staticmethod
+    def generate(
+        kind: Literal["room", "street"],
+        poses: int,
+        points: int,
+        *,
+        track: int = 8,
+        depth_sigma_m: float | None = None,
+        outliers: float = 0.0,
+        seed: int = 0,
+    ) -> BundleProblem: ...
+    def write(self, path: _Path) -> None: ...
+    def add_camera(self, camera: Camera) -> int: ...
+    def free_intrinsics(self, camera: int, names: Sequence[str]) -> None: ...
+    def add_pose(
+        self, world_from_camera: ArrayLike, *, camera: int = 0, fixed: bool = False
+    ) -> int: ...
+    def fix_pose(self, pose: int) -> None: ...
+    def add_points(self, points_m: ArrayLike) -> int: ...
+    def add_pixels(
+        self, pose: ArrayLike, point: ArrayLike, pixel: ArrayLike, *, sigma_px: float = 1.0
+    ) -> None: ...
+    def add_point_measurements(
+        self, pose: ArrayLike, point: ArrayLike, point_in_camera_m: ArrayLike, *, sigma_m: float
+    ) -> None: ...
+    def add_pose_prior(
+        self, pose: int, world_from_camera: ArrayLike, covariance: ArrayLike
+    ) -> None: ...
+    def set_loss(self, name: _Loss, threshold: float = 1.0) -> None: ...
+    def solve(
+        self,
+        *,
+        max_iterations: int = 50,
+        function_tolerance: float = 1e-6,
+        parameter_tolerance: float = 1e-8,
+        time_budget_s: float | None = None,
+        threads: int = 0,
+    ) -> SolverResult: ...
+    def covariance(self, poses: ArrayLike) -> _Floats: ...
+    @property
+    def poses(self) -> _Floats: ...
+    @property
+    def points_m(self) -> _Floats: ...
+    @property
+    def pixels(self) -> tuple[NDArray[np.int64], NDArray[np.int64], _Floats]: ...
+    def camera_of_pose(self, pose: int) -> Camera: ...
+    @property
+    def measurements(self) -> int: ...
+
+@final
+class PoseGraph:
+    def __new__(cls) -> PoseGraph: ...
+    @staticmethod
+    def read(path: _Path) -> PoseGraph: ...
+    @staticmethod
+    def generate(
+        kind: Literal["sphere", "torus", "grid"],
+        rings: int,
+        ring: int,
+        *,
+        wrong_loops: float = 0.0,
+        seed: int = 0,
+    ) -> PoseGraph: ...
+    def write(self, path: _Path) -> None: ...
+    def add_node(self, world_from_body: ArrayLike, *, fixed: bool = False) -> int: ...
+    def add_edge(
+        self,
+        first: int,
+        second: int,
+        first_from_second: ArrayLike,
+        information: ArrayLike,
+        *,
+        loop_closure: bool = False,
+    ) -> int: ...
+    def solve(
+        self,
+        *,
+        switch: Literal["off", "gnc", "dcs"] = "off",
+        threshold: float = 16.8,
+        max_iterations: int = 100,
+        function_tolerance: float = 1e-6,
+        parameter_tolerance: float = 1e-8,
+        time_budget_s: float | None = None,
+        threads: int = 0,
+    ) -> SolverResult: ...
+    @property
+    def nodes(self) -> _Floats: ...
+    @property
+    def truth(self) -> _Floats: ...
+    @property
+    def edges(self) -> tuple[NDArray[np.int64], NDArray[np.int64], _Floats]: ...
+
+@final
+class SolverResult:
+    @property
+    def initial_cost(self) -> float: ...
+    @property
+    def final_cost(self) -> float: ...
+    @property
+    def stop(self) -> str: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def iterations(self) -> list[dict[str, Any]]: ...
+    @property
+    def issues(self) -> list[str]: ...
+    @property
+    def linear_solver(self) -> str | None: ...
+    @property
+    def rejected(self) -> list[int]: ...
+    @property
+    def solve_s(self) -> float: ...
+    @property
+    def setup_s(self) -> float: ...
 
 @final
 class VoxelCloud:

@@ -12,11 +12,13 @@ mod navigation;
 mod observers;
 mod odometry;
 mod range_flow;
+mod pose_graph;
 mod recording;
 mod self_calibration;
 mod sim;
 mod simulated_frame;
 mod slam;
+mod solver;
 mod trajectory;
 mod velocity;
 
@@ -50,6 +52,8 @@ mod _native {
     #[pymodule_export]
     use crate::range_flow::PyRangeFlow;
     #[pymodule_export]
+    use crate::pose_graph::PyPoseGraph;
+    #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
     #[pymodule_export]
     use crate::self_calibration::{PySelfCalibration, PySelfCalibrator};
@@ -59,6 +63,8 @@ mod _native {
     use crate::simulated_frame::{PySimulatedFrame, PySimulatedFrames};
     #[pymodule_export]
     use crate::slam::PyVoxelCloud;
+    #[pymodule_export]
+    use crate::solver::{PyBundleProblem, PySolverResult};
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
     #[pymodule_export]
