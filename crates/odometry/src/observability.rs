@@ -4,9 +4,12 @@
 //! axis. For a camera that sees a part only, any rigid motion that slides this part on itself is
 //! unseen: three directions for a plane or a sphere, two for a cylinder, one for a corridor.
 
+use crate::direction_name::{direction_name, simplest_basis};
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+use std::fmt;
 
-/// A direction of motion that is poorly determined or not at all.
+/// A direction of motion that is poorly determined or not at all. Its `Display` is its name with
+/// its standard deviation, such as `translation along (1.00, 0.00, 0.00), 0.020 m/s`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeakDirection {
     /// `[omega, v]` of unit length once omega is multiplied by the mean range (metres): m/s.
@@ -17,6 +20,26 @@ pub struct WeakDirection {
     pub score: f64,
     /// False where the motion along it was not estimated but taken from the prior.
     pub estimated: bool,
+}
+
+impl WeakDirection {
+    /// In words: `translation along (..)`, `rotation about (..)` or a screw, in the camera's frame.
+    pub fn name(&self) -> String {
+        direction_name(&self.direction).map_or_else(
+            || format!("direction {:?}", self.direction.as_slice()),
+            |name| name.to_string(),
+        )
+    }
+}
+
+impl fmt::Display for WeakDirection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {:.3} m/s", self.name(), self.std_m_s)?;
+        if !self.estimated {
+            write!(f, " (not estimated)")?;
+        }
+        Ok(())
+    }
 }
 
 /// What a direction must have to be estimated.
@@ -144,25 +167,40 @@ impl Spectrum {
         self.seen(cut).len()
     }
 
-    /// The directions whose score is below `weak` or that `cut` leaves out, with their standard deviation in `covariance`.
+    /// The directions whose score is below `weak` or that `cut` leaves out, with their standard
+    /// deviation in `covariance`. Those left out come first, in the basis that has the most
+    /// translations: where several motions go unseen together the eigenvectors are any mixture of
+    /// them, which has no name.
     pub(crate) fn weak_directions(
         &self,
         covariance: &Matrix6<f64>,
         weak: f64,
         cut: Cut,
     ) -> Vec<WeakDirection> {
-        let scale = diagonal(self.range_m);
+        let unseen = 6 - self.seen(cut).len();
+        let poor = (unseen..6).filter(|&i| self.score_of(i) < weak);
+        let mut vectors = simplest_basis(&self.vectors[..unseen]);
+        vectors.extend(poor.map(|i| self.vectors[i]));
+        let (scale, unscale) = (diagonal(self.range_m), diagonal(1.0 / self.range_m));
         let scaled = scale * covariance * scale;
-        let seen = self.seen(cut).len();
-        (0..6)
-            .filter(|&i| self.score_of(i) < weak || i < 6 - seen)
-            .map(|i| WeakDirection {
-                direction: diagonal(1.0 / self.range_m) * self.vectors[i],
-                std_m_s: self.vectors[i].dot(&(scaled * self.vectors[i])).sqrt(),
-                score: self.score_of(i),
-                estimated: i >= 6 - seen,
-            })
-            .collect()
+        let direction = |(i, vector): (usize, &Vector6<f64>)| WeakDirection {
+            direction: unscale * vector,
+            std_m_s: vector.dot(&(scaled * vector)).sqrt(),
+            score: self.score_along(vector),
+            estimated: i >= unseen,
+        };
+        vectors.iter().enumerate().map(direction).collect()
+    }
+
+    /// Square root of the information along a scaled unit vector over the largest eigenvalue.
+    fn score_along(&self, vector: &Vector6<f64>) -> f64 {
+        let parts = self.values.iter().zip(&self.vectors);
+        let along: f64 = parts.map(|(value, v)| value * v.dot(vector).powi(2)).sum();
+        if self.values[5] > 0.0 {
+            (along / self.values[5]).sqrt()
+        } else {
+            0.0
+        }
     }
 }
 

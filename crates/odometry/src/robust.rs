@@ -102,15 +102,19 @@ pub(crate) struct RobustSolver {
 impl RobustSolver {
     /// Takes the usable domains; returns how many there are. Every domain weighs the same per
     /// domain mean: the noise of depth cameras is correlated, so that a larger mean is hardly
-    /// better than a smaller one.
-    pub(crate) fn take(&mut self, sums: &[CellSums], tiling: &Tiling, share: f64) -> usize {
+    /// better than a smaller one. Where the noise depends on the distance, rows are divided by its
+    /// share of [`Config::domain_noise`], which stays the unit of all residuals.
+    pub(crate) fn take(&mut self, sums: &[CellSums], tiling: &Tiling, config: &Config) -> usize {
         self.rows.clear();
-        let mut range = 0.0;
+        let (mut range, share) = (0.0, config.domain_known_share);
         for (cell, &full) in sums.iter().zip(&tiling.full) {
             if cell.count == 0 || f64::from(cell.count) < share * f64::from(full) {
                 continue;
             }
-            let per_area = 1.0 / cell.area;
+            let noise = config
+                .noise
+                .relative(cell.gamma / cell.area, config.domain_noise);
+            let per_area = 1.0 / (cell.area * noise);
             range += cell.area / cell.gamma;
             self.rows.push(Row {
                 change: cell.change * per_area,
