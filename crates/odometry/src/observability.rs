@@ -69,9 +69,22 @@ pub(crate) struct Spectrum {
     /// Scaled units: `[L omega, v]`.
     vectors: [Vector6<f64>; 6],
     range_m: f64,
+    /// What directions are compared with: the largest eigenvalue of what the images tell. A precise
+    /// prior must not make all that they tell look like nothing.
+    best: f64,
 }
 
 impl Spectrum {
+    /// Of `normal`, which may hold more than `images`, the part that the images tell.
+    pub(crate) fn with_prior(normal: &Matrix6<f64>, images: &Matrix6<f64>, range_m: f64) -> Self {
+        let unscale = diagonal(1.0 / range_m);
+        let best = (unscale * images * unscale).symmetric_eigenvalues().max();
+        Self {
+            best,
+            ..Self::new(normal, range_m)
+        }
+    }
+
     pub(crate) fn new(normal: &Matrix6<f64>, range_m: f64) -> Self {
         let unscale = diagonal(1.0 / range_m);
         let eigen = SymmetricEigen::new(unscale * normal * unscale);
@@ -81,6 +94,7 @@ impl Spectrum {
             values: order.map(|i| eigen.eigenvalues[i].max(0.0)),
             vectors: order.map(|i| eigen.eigenvectors.column(i).into_owned()),
             range_m,
+            best: eigen.eigenvalues[order[5]],
         }
     }
 
@@ -90,8 +104,13 @@ impl Spectrum {
     }
 
     fn score_of(&self, i: usize) -> f64 {
-        if self.values[5] > 0.0 {
-            (self.values[i] / self.values[5]).sqrt()
+        self.score_of_value(self.values[i])
+    }
+
+    /// Square root of a value over the best one, 0 to 1.
+    fn score_of_value(&self, value: f64) -> f64 {
+        if self.best > 0.0 {
+            (value / self.best).sqrt().min(1.0)
         } else {
             0.0
         }
@@ -192,15 +211,11 @@ impl Spectrum {
         vectors.iter().enumerate().map(direction).collect()
     }
 
-    /// Square root of the information along a scaled unit vector over the largest eigenvalue.
+    /// Square root of the information along a scaled unit vector over the best one.
     fn score_along(&self, vector: &Vector6<f64>) -> f64 {
         let parts = self.values.iter().zip(&self.vectors);
         let along: f64 = parts.map(|(value, v)| value * v.dot(vector).powi(2)).sum();
-        if self.values[5] > 0.0 {
-            (along / self.values[5]).sqrt()
-        } else {
-            0.0
-        }
+        self.score_of_value(along)
     }
 }
 

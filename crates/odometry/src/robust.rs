@@ -89,6 +89,8 @@ struct Step {
     spectrum: Spectrum,
     cut: Cut,
     normal: Matrix6<f64>,
+    /// With which the prior was scaled.
+    sigma: f64,
 }
 
 /// Room for the rows and residuals, kept between calls.
@@ -177,12 +179,14 @@ impl RobustSolver {
             rejected += usize::from(cauchy(row, &twist, scale.max(noise)) < REJECTED);
         }
         let freedom = self.rows.len().saturating_sub(6).max(1) as f64;
+        let variance = (squares / freedom).max((SMALLEST_SCALE * noise).powi(2));
         Solution {
             twist,
             spectrum: step.spectrum,
             cut: step.cut,
-            normal: step.normal,
-            variance: (squares / freedom).max((SMALLEST_SCALE * noise).powi(2)),
+            // The prior's part over this variance must be the prior's own information.
+            normal: step.normal + prior.information * (variance - step.sigma * step.sigma),
+            variance,
             rejected_share: f64::from(rejected as u32) / self.rows.len().max(1) as f64,
             scale: sigma / noise,
             scale_at_rest: self.scale(&Vector6::zeros()) / noise,
@@ -231,8 +235,8 @@ impl RobustSolver {
         sigma: f64,
         weights: impl Fn(&Row) -> (f64, f64),
     ) -> Step {
-        let mut normal = prior.information * (sigma * sigma);
-        let mut seen = normal;
+        let known = prior.information * (sigma * sigma);
+        let (mut normal, mut seen) = (known, Matrix6::zeros());
         let mut right = prior.gradient * (sigma * sigma);
         for row in &self.rows {
             let (sharp, blunt) = weights(row);
@@ -241,7 +245,11 @@ impl RobustSolver {
             seen += square * blunt;
             right += row.coefficients * (sharp * row.change);
         }
-        let spectrum = Spectrum::new(&seen, self.mean_range_m);
+        let spectrum = if known == Matrix6::zeros() {
+            Spectrum::new(&seen, self.mean_range_m)
+        } else {
+            Spectrum::with_prior(&(seen + known), &seen, self.mean_range_m)
+        };
         let cut = Cut {
             score: config.unobservable_score,
             eigenvalue: (sigma / config.max_std_m).powi(2),
@@ -251,6 +259,7 @@ impl RobustSolver {
             spectrum,
             cut,
             normal,
+            sigma,
         }
     }
 
