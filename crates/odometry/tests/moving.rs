@@ -5,7 +5,7 @@
 mod scene;
 
 use nalgebra::{Vector2, Vector3};
-use scene::{DT_S, Scene, pinhole, somewhere, twist};
+use scene::{DT_S, Scene, pinhole, twist};
 use sphereflow_core::{DepthMap, Plane, Pose, Stamp, TrackStatus, Twist};
 use sphereflow_odometry::{
     Config, DepthOdometry, OdometryConfig, VelocityEstimate, estimate_velocity, pose_from_twist,
@@ -14,6 +14,19 @@ use sphereflow_odometry::{
 /// What is called right, m/s and rad/s: exact depth, but the domains on the object's border.
 const RIGHT_M_S: f64 = 0.03;
 const RIGHT_RAD_S: f64 = 0.02;
+
+/// A corner of a room with its floor and ceiling: all of the motion shows in it. (Before a single wall
+/// nothing but the person would tell how the camera moves along it.)
+fn corner() -> Scene {
+    let walls = [
+        ([0.6, 0.1, 0.8], 2.2),
+        ([-0.7, 0.05, 0.75], 2.4),
+        ([0.1, 1.0, 0.3], 1.2),
+        ([0.0, -1.0, 0.3], 1.3),
+    ];
+    let wall = |(n, d): ([f64; 3], f64)| (Vector3::from(n).normalize(), d);
+    Scene::Room(walls.map(wall).to_vec())
+}
 
 /// A person: an upright cylinder without end, before the first camera.
 struct Person {
@@ -26,7 +39,7 @@ struct Person {
 impl Person {
     /// One that covers about this share of the view.
     fn covering(share: f64, velocity_m_s: Vector3<f64>) -> Self {
-        let distance = 1.4;
+        let distance = 1.2;
         // half the covered angle, off the middle so that nothing is symmetric
         let half = (share * 160.0 / 290.0_f64).atan();
         Self {
@@ -47,13 +60,12 @@ impl Person {
 
     /// The room with the person, from `pose` in the frame of the first camera.
     fn view(&self, pose: &Pose, time_s: f64) -> (DepthMap, f64) {
-        let (camera, room) = (pinhole(), Scene::room());
+        let (camera, room) = (pinhole(), corner());
         let mut covered = 0.0;
         let plane = Plane::from_fn(camera.width(), camera.height(), |x, y| {
             let ray = camera.unproject(&Vector2::new(x as f64, y as f64)).unwrap();
             let turned = pose.rotation * ray;
-            let world = somewhere() * *pose;
-            let wall = room.range(&world.translation, &(world.rotation * ray));
+            let wall = room.range(&pose.translation, &turned);
             let person = self.range(&pose.translation, &turned, time_s);
             covered += f64::from(person < wall);
             (person.min(wall) * ray.z) as f32
@@ -95,6 +107,7 @@ fn walks() -> [Vector3<f64>; 4] {
 
 #[test]
 fn estimate_with_a_person_in_a_part_of_the_view_is_right_and_reports_the_share() {
+    let mut wrong = Vec::new();
     for share in [0.2, 0.3, 0.4, 0.45] {
         for (k, walk) in walks().into_iter().enumerate() {
             for (m, motion) in camera_motions().into_iter().enumerate() {
@@ -104,24 +117,24 @@ fn estimate_with_a_person_in_a_part_of_the_view_is_right_and_reports_the_share()
                     "{covered:.2} of the view, walk {k}, motion {m}: {}, off by {missed:.4?}, rejected {:.2}",
                     found.status, found.rejected_share
                 );
-                assert_eq!(found.status, TrackStatus::Tracked);
-                assert!(is_right(&found, &motion), "{missed:?}");
                 // Not all of the person is at odds with the room in every walk: what moves along
                 // itself is not. A domain on the border counts whole.
                 let near = (covered - 0.15)..(covered + 0.15);
-                assert!(
-                    near.contains(&found.rejected_share),
-                    "{}",
-                    found.rejected_share
-                );
+                if found.status != TrackStatus::Tracked
+                    || !is_right(&found, &motion)
+                    || !near.contains(&found.rejected_share)
+                {
+                    wrong.push((share, k, m));
+                }
             }
         }
     }
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 #[test]
 fn estimate_with_a_person_in_half_of_the_view_is_right_or_says_why_not() {
-    let mut right = 0;
+    let (mut right, mut wrong) = (0, 0);
     let mut all = 0;
     for share in [0.5, 0.55, 0.6, 0.7] {
         for (k, walk) in walks().into_iter().enumerate() {
@@ -132,17 +145,14 @@ fn estimate_with_a_person_in_half_of_the_view_is_right_or_says_why_not() {
                     "{covered:.2} of the view, walk {k}, motion {m}: {} right {good}, rejected {:.2}",
                     found.status, found.rejected_share
                 );
-                assert!(
-                    good || found.status != TrackStatus::Tracked,
-                    "a wrong answer, {}",
-                    found.status
-                );
+                wrong += usize::from(!good && found.status == TrackStatus::Tracked);
                 all += 1;
                 right += usize::from(good);
             }
         }
     }
-    println!("{right} of {all} right");
+    println!("{right} of {all} right, {wrong} wrong and claimed");
+    assert_eq!(wrong, 0);
 }
 
 /// The same, frame after frame: poses that are claimed are right.
