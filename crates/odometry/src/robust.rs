@@ -20,13 +20,14 @@ const LEAST_SHARE: f64 = 1e-3;
 /// A domain with less weight than this, at the level of the noise, does not move with the rest:
 /// residuals beyond some five sigma.
 const REJECTED: f64 = 0.2;
-/// A fit within this many times the noise is not tried again from samples.
-const RESTART_SCALE: f64 = 1.0;
+/// A fit within this many times the noise is not tried again from samples. Well below one: what
+/// follows a near object instead of walls far away leaves little in the inverse range of the walls.
+const RESTART_SCALE: f64 = 0.5;
 /// A second fit replaces the first where its residual is smaller by this factor.
 const RESTART_GAIN: f64 = 0.7;
-/// With a quarter of the domains wrong, one of so many samples of so many rows is free of them with
-/// a probability of 99 %.
-const SAMPLES: usize = 40;
+/// With 30 % of the domains wrong, one of so many samples of so many rows is free of them with a
+/// probability of 99 %.
+const SAMPLES: usize = 60;
 const SAMPLE_ROWS: usize = 7;
 /// A sample determines less than all domains do.
 const SAMPLE_SCORE: f64 = 0.1;
