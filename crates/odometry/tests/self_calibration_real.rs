@@ -8,7 +8,9 @@
 mod drift;
 
 use sphereflow_io::{OpenOptions, Recording, open_recording};
-use sphereflow_odometry::{OdometryConfig, SelfCalibration, SelfCalibrationConfig, SelfCalibrator};
+use sphereflow_odometry::{
+    OdometryConfig, SelfCalibration, SelfCalibrationConfig, SelfCalibrator,
+};
 use std::time::Instant;
 
 fn calibrate(name: &str, recording: &Recording, config: SelfCalibrationConfig) -> SelfCalibration {
