@@ -324,6 +324,7 @@ def estimate_velocity(
     image1: ArrayLike | None = None,
     brightness_weight: float | None = None,
     max_std_m: float | None = None,
+    noise: Literal["disparity", "time_of_flight"] = "disparity",
 ) -> VelocityEstimate: ...
 
 @final
@@ -410,6 +411,7 @@ class DepthOdometry:
         keyframes: bool = True,
         readout_s: float = 0.0,
         depth_corrected: bool = False,
+        noise: Literal["disparity", "time_of_flight"] = "disparity",
     ) -> DepthOdometry: ...
     @property
     def camera(self) -> Camera: ...

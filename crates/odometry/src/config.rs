@@ -1,6 +1,7 @@
 //! The settings of the geometric flow, with the reasons for their defaults.
 
 use crate::Result;
+use crate::noise_model::NoiseModel;
 use sphereflow_core::Error;
 use sphereflow_sphere::Camera;
 
@@ -69,6 +70,8 @@ pub struct Config {
     /// Noise of the difference of two domain means of the inverse depth, 1/m. For structured-light
     /// cameras it hardly depends on the domain's size, as their noise is correlated.
     pub domain_noise: f64,
+    /// How the noise depends on the distance.
+    pub noise: NoiseModel,
     /// A robust residual up to this, in units of `domain_noise`, is never held against a motion.
     pub good_residual_scale: f64,
     /// Beyond it, the largest residual as a share of what a camera at rest would leave.
@@ -118,6 +121,7 @@ impl Default for Config {
             domain_known_share: 0.3,
             sweeps: 6,
             domain_noise: 8e-4,
+            noise: NoiseModel::default(),
             good_residual_scale: 5.0,
             max_unexplained_share: 0.5,
             max_residual_scale: 20.0,
@@ -228,6 +232,7 @@ impl Config {
                 return Err(Error::value(name, "a positive number", value).into());
             }
         }
+        self.noise.validate()?;
         if self.max_std_m.is_nan() || self.max_std_m <= 0.0 {
             let expected = "a positive number of metres, or infinity";
             return Err(Error::value("max_std_m", expected, self.max_std_m).into());
