@@ -39,13 +39,15 @@ impl InverseDepth {
         self.axis = image.axis();
         self.values.resize(columns * rows, f32::NAN);
         let metres = image.metres();
+        let arch = pulp::Arch::new();
         self.values
             .par_chunks_mut(columns)
             .with_min_len(16)
             .enumerate()
             .for_each(|(y, out)| {
                 let start = y * rule.block * width;
-                average_row(&metres[start..start + rule.block * width], width, rule, out);
+                let lines = &metres[start..start + rule.block * width];
+                arch.dispatch(|| average_row(lines, width, rule, out));
             });
     }
 
@@ -154,6 +156,7 @@ fn block_mean(lines: &[f32], first: usize, width: usize, rule: BlockRule) -> f32
     }
 }
 
+#[inline(always)]
 fn average_row(pixels: &[f32], width: usize, rule: BlockRule, out: &mut [f32]) {
     let per_strip = STRIP / rule.block;
     for (strip, out) in out.chunks_mut(per_strip).enumerate() {
@@ -187,6 +190,7 @@ impl Columns {
         }
     }
 
+    #[inline(always)]
     fn add(&mut self, metres: &[f32]) {
         let columns = self
             .sum
@@ -208,6 +212,7 @@ impl Columns {
         }
     }
 
+    #[inline(always)]
     fn mean(&self, first: usize, rule: BlockRule) -> f32 {
         let columns = first..first + rule.block;
         let known: f32 = self.known[columns.clone()].iter().sum();

@@ -49,13 +49,15 @@ impl Warp<'_> {
         let both_along_axis = (first.axis, self.second.axis) == (Axis::Optical, Axis::Optical);
         let plane = self.plane.filter(|_| both_along_axis);
         let lines = out.values.par_chunks_mut(width).with_min_len(ROWS);
+        let arch = pulp::Arch::new();
         lines.enumerate().for_each(|(y, line)| match plane {
-            Some(plane) => self.fill_on_plane(plane, rows, first, y, line),
+            Some(plane) => arch.dispatch(|| self.fill_on_plane(plane, rows, first, y, line)),
             None => self.fill_on_sphere(rows, first, y, line),
         });
     }
 
     /// One row, for cameras with an image plane and depth along the axis, in single precision.
+    #[inline(always)]
     fn fill_on_plane(
         &self,
         plane: &PlaneProjection,

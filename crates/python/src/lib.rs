@@ -11,8 +11,8 @@ mod information;
 mod navigation;
 mod observers;
 mod odometry;
-mod range_flow;
 mod pose_graph;
+mod range_flow;
 mod recording;
 mod self_calibration;
 mod sim;
@@ -50,9 +50,9 @@ mod _native {
     #[pymodule_export]
     use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
     #[pymodule_export]
-    use crate::range_flow::PyRangeFlow;
-    #[pymodule_export]
     use crate::pose_graph::PyPoseGraph;
+    #[pymodule_export]
+    use crate::range_flow::PyRangeFlow;
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
     #[pymodule_export]
