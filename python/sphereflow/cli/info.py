@@ -73,6 +73,10 @@ def _camera_rows(calibration: dict[str, Any]) -> list[tuple[str, str]]:
     if calibration["depth_scale_counts_per_m"] is not None:
         scale = calibration["depth_scale_counts_per_m"]
         rows.append(("depth scale", f"{scale:g} counts per metre"))
+    readout_s = calibration["readout_s"]
+    known = "unknown" if readout_s is None else f"{1000 * readout_s:.4g} ms"
+    corrected = "corrected by the calibration" if calibration["depth_corrected"] else "not known"
+    rows += [("read-out", known), ("depth distortion", corrected)]
     return rows
 
 
