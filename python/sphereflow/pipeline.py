@@ -106,7 +106,16 @@ def run(
     sphereflow.SphereflowError
         Where the recording cannot be read at all or an option has no meaning.
     """
-    settings = Settings(method, pose_graph, readout_s, max_frames, min_coverage, voxel_m)
+    settings = Settings(
+        method=method,
+        calibration=None if calibration is None else str(calibration),
+        depth_scale=depth_scale,
+        pose_graph=pose_graph,
+        readout_s=readout_s,
+        max_frames=max_frames,
+        min_coverage=min_coverage,
+        voxel_m=voxel_m,
+    )
     settings.check()
     recording = _opened(data, calibration, depth_scale)
     protect = Path(data) if isinstance(data, (str, Path)) else None

@@ -72,8 +72,8 @@ def streams_of(recording: RecordingLike) -> dict[str, Any]:
     return streams
 
 
-def calibration_of(recording: RecordingLike) -> dict[str, Any]:
-    """The calibration used and where it is from."""
+def calibration_of(recording: RecordingLike, file: str | None = None) -> dict[str, Any]:
+    """The calibration used and where it is from: the file that was given, or in words."""
     camera, scale = recording.camera, recording.depth_scale
     model: dict[str, Any] = {"model": None, "width": None, "height": None, "parameters": {}}
     if camera is not None:
@@ -85,7 +85,7 @@ def calibration_of(recording: RecordingLike) -> dict[str, Any]:
             "parameters": parameters,
         }
     return {
-        "source": str(recording.calibration_source),
+        "source": str(recording.calibration_source) if file is None else file,
         **model,
         "depth_scale_counts_per_m": None if scale is None else float(scale),
         "colour_registered": bool(recording.colour_registered),
@@ -153,7 +153,7 @@ def build_report(
         "path_length_m": 0.0 if trajectory is None else path_length_m(trajectory.position_m),
         "map_points": voxels,
         "map_rebuilt": map_rebuilt,
-        "calibration": calibration_of(recording),
+        "calibration": calibration_of(recording, settings.calibration),
         "warnings": {"count": len(warnings), "texts": warnings},
         "seconds": {name: float(value) for name, value in seconds.items()},
         "odometry_ms_per_frame": {

@@ -16,6 +16,8 @@ class Settings:
     """What was asked for."""
 
     method: str = "depth"
+    calibration: str | None = None
+    depth_scale: float | None = None
     pose_graph: bool = True
     readout_s: float | None = None
     max_frames: int | None = None

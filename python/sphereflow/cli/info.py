@@ -36,7 +36,9 @@ def info(
 ) -> None:
     """Say what a recording holds: streams, rates, gaps, calibration, and whether depth is sane."""
     recording = io.open_recording(data, calibration=calibration, depth_scale=depth_scale)
-    found = inspect_recording(recording)
+    found = inspect_recording(
+        recording, calibration=None if calibration is None else str(calibration)
+    )
     if as_json:
         print_json(found)
         return
