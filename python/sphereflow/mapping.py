@@ -42,16 +42,17 @@ class RunMap:
         """Read the frames again and add them with the poses that the journal has now."""
         self.cloud, self.rebuilt = slam.VoxelCloud(self.voxel_m), True
         count = len(journal.entries)
-        for index in range(0, count, MAP_EVERY):
-            pose = journal.pose(index)
-            if pose is None:
-                continue
+        # In their order: a simulator draws a single frame only after all before it.
+        frames = self._recording.frames(0, count)
+        for index in range(count):
             try:
-                # One at a time: the two between are neither decoded nor drawn for nothing.
-                frame: Any = next(self._recording.frames(index, index + 1), None)
+                frame: Any = next(frames)
+            except StopIteration:
+                return
             except sphereflow.SphereflowError:
-                continue  # it has a pose, so it was read before; the map only lacks one view
-            if frame is not None:
+                continue  # it could not be read the first time either
+            pose = journal.pose(index)
+            if pose is not None:
                 self.add(index, frame, pose)
             if progress is not None:
-                progress(min(index + MAP_EVERY, count), count)
+                progress(index + 1, count)
