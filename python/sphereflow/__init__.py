@@ -18,7 +18,19 @@ z forward; see CONVENTIONS.md.
 
 from typing import TYPE_CHECKING, Any
 
-from sphereflow import errors, eval, io, odometry, sim, slam, sphere
+from sphereflow import (
+    attitude,
+    errors,
+    eval,
+    io,
+    navigation,
+    observers,
+    odometry,
+    sim,
+    slam,
+    solver,
+    sphere,
+)
 from sphereflow._native import Camera, SphereGrid, Trajectory, __version__, associate
 from sphereflow.errors import (
     DataError,
@@ -50,13 +62,17 @@ __all__ = [
     "ValueRangeError",
     "__version__",
     "associate",
+    "attitude",
     "errors",
     "eval",
     "io",
+    "navigation",
+    "observers",
     "odometry",
     "run",
     "sim",
     "slam",
+    "solver",
     "sphere",
 ]
 

@@ -10,14 +10,23 @@ from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 __all__ = [
+    "AttitudeFilter",
+    "AttitudeRun",
+    "AttitudeState",
+    "BundleProblem",
     "Camera",
     "DepthOdometry",
     "Frame",
     "FrameIterator",
+    "ImuBiasEstimator",
+    "ImuBiasState",
     "Information",
+    "NavigationFilter",
+    "NavigationState",
     "OdometryResult",
     "OptimiseReport",
     "RangeFlow",
+    "PoseGraph",
     "Recording",
     "RecordingWriter",
     "SelfCalibration",
@@ -25,12 +34,19 @@ __all__ = [
     "SimulatedFrame",
     "SimulatedFrames",
     "Simulator",
+    "SolverResult",
     "SphereGrid",
     "Trajectory",
+    "VelocityBiasEstimator",
+    "VelocityBiasState",
     "VelocityEstimate",
+    "VisualAttitude",
     "VoxelCloud",
     "__version__",
     "associate",
+    "calibrate_camera_imu",
+    "calibrate_imu_still",
+    "calibrate_mag_ellipsoid",
     "estimate_velocity",
     "information",
     "open_recording",
@@ -40,8 +56,88 @@ _Floats = NDArray[np.float64]
 _Status = Literal["started", "tracked", "weak", "lost", "skipped"]
 _Along = Literal["axis", "ray"]
 _Method = Literal["pyramid", "single"]
+_Loss = Literal["quadratic", "huber", "cauchy", "tukey"]
 _Path = str | PathLike[str]
 _TrajectoryFormat = Literal["tum", "kitti", "euroc"]
+
+_ObserverStatus = Literal["starting", "ok", "weak", "skipped"]
+
+@final
+class AttitudeState:
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def status(self) -> _ObserverStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def at_rest(self) -> bool: ...
+    @property
+    def mag_disturbed(self) -> bool: ...
+
+@final
+class AttitudeRun:
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def status(self) -> list[_ObserverStatus]: ...
+    @property
+    def reason(self) -> list[str | None]: ...
+    @property
+    def at_rest(self) -> NDArray[np.bool_]: ...
+    @property
+    def mag_disturbed(self) -> NDArray[np.bool_]: ...
+    def __len__(self) -> int: ...
+
+@final
+class AttitudeFilter:
+    def __new__(
+        cls,
+        method: Literal["inertial", "invariant"] = "inertial",
+        *,
+        world: Literal["enu", "rdf"] = "enu",
+        tau_accel_s: float = 3.0,
+        tau_mag_s: float = 9.0,
+        motion_bias: bool = True,
+        rest_bias: bool = True,
+        reject_disturbance: bool = True,
+        gyro_limit_rad_s: float | None = None,
+        max_gap_s: float = 0.5,
+    ) -> AttitudeFilter: ...
+    def step(
+        self,
+        gyro_rad_s: ArrayLike,
+        accel_m_s2: ArrayLike,
+        mag_ut: ArrayLike | None = None,
+        *,
+        dt_s: float,
+    ) -> AttitudeState: ...
+    def run(
+        self,
+        gyro_rad_s: ArrayLike,
+        accel_m_s2: ArrayLike,
+        mag_ut: ArrayLike | None,
+        stamp_ns: ArrayLike,
+    ) -> AttitudeRun: ...
+    @property
+    def state(self) -> AttitudeState: ...
+
+@final
+class VisualAttitude:
+    def __new__(cls, gain_per_s: float = 2.0) -> VisualAttitude: ...
+    def step(
+        self,
+        gyro_rad_s: ArrayLike,
+        visual_quat_xyzw: ArrayLike | None = None,
+        *,
+        dt_s: float,
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    @property
+    def quat_xyzw(self) -> _Floats | None: ...
 
 @final
 class Camera:
@@ -228,6 +324,7 @@ def estimate_velocity(
     image1: ArrayLike | None = None,
     brightness_weight: float | None = None,
     max_std_m: float | None = None,
+    noise: Literal["disparity", "time_of_flight"] = "disparity",
 ) -> VelocityEstimate: ...
 
 @final
@@ -314,6 +411,7 @@ class DepthOdometry:
         keyframes: bool = True,
         readout_s: float = 0.0,
         depth_corrected: bool = False,
+        noise: Literal["disparity", "time_of_flight"] = "disparity",
     ) -> DepthOdometry: ...
     @property
     def camera(self) -> Camera: ...
@@ -557,6 +655,126 @@ class Simulator:
     def __len__(self) -> int: ...
 
 @final
+class BundleProblem:
+    def __new__(cls) -> BundleProblem: ...
+    @staticmethod
+    def read(path: _Path) -> BundleProblem: ...
+    @staticmethod
+    def generate(
+        kind: Literal["room", "street"],
+        poses: int,
+        points: int,
+        *,
+        track: int = 8,
+        depth_sigma_m: float | None = None,
+        outliers: float = 0.0,
+        seed: int = 0,
+    ) -> BundleProblem: ...
+    def write(self, path: _Path) -> None: ...
+    def add_camera(self, camera: Camera) -> int: ...
+    def free_intrinsics(self, camera: int, names: Sequence[str]) -> None: ...
+    def add_pose(
+        self, world_from_camera: ArrayLike, *, camera: int = 0, fixed: bool = False
+    ) -> int: ...
+    def fix_pose(self, pose: int) -> None: ...
+    def add_points(self, points_m: ArrayLike) -> int: ...
+    def add_pixels(
+        self, pose: ArrayLike, point: ArrayLike, pixel: ArrayLike, *, sigma_px: float = 1.0
+    ) -> None: ...
+    def add_point_measurements(
+        self, pose: ArrayLike, point: ArrayLike, point_in_camera_m: ArrayLike, *, sigma_m: float
+    ) -> None: ...
+    def add_pose_prior(
+        self, pose: int, world_from_camera: ArrayLike, covariance: ArrayLike
+    ) -> None: ...
+    def set_loss(self, name: _Loss, threshold: float = 1.0) -> None: ...
+    def solve(
+        self,
+        *,
+        max_iterations: int = 50,
+        function_tolerance: float = 1e-6,
+        parameter_tolerance: float = 1e-8,
+        time_budget_s: float | None = None,
+        threads: int = 0,
+    ) -> SolverResult: ...
+    def covariance(self, poses: ArrayLike) -> _Floats: ...
+    @property
+    def poses(self) -> _Floats: ...
+    @property
+    def points_m(self) -> _Floats: ...
+    @property
+    def pixels(self) -> tuple[NDArray[np.int64], NDArray[np.int64], _Floats]: ...
+    def camera_of_pose(self, pose: int) -> Camera: ...
+    @property
+    def measurements(self) -> int: ...
+
+@final
+class PoseGraph:
+    def __new__(cls) -> PoseGraph: ...
+    @staticmethod
+    def read(path: _Path) -> PoseGraph: ...
+    @staticmethod
+    def generate(
+        kind: Literal["sphere", "torus", "grid"],
+        rings: int,
+        ring: int,
+        *,
+        wrong_loops: float = 0.0,
+        seed: int = 0,
+    ) -> PoseGraph: ...
+    def write(self, path: _Path) -> None: ...
+    def add_node(self, world_from_body: ArrayLike, *, fixed: bool = False) -> int: ...
+    def add_edge(
+        self,
+        first: int,
+        second: int,
+        first_from_second: ArrayLike,
+        information: ArrayLike,
+        *,
+        loop_closure: bool = False,
+    ) -> int: ...
+    def solve(
+        self,
+        *,
+        switch: Literal["off", "gnc", "dcs"] = "off",
+        threshold: float = 16.8,
+        max_iterations: int = 100,
+        function_tolerance: float = 1e-6,
+        parameter_tolerance: float = 1e-8,
+        time_budget_s: float | None = None,
+        threads: int = 0,
+    ) -> SolverResult: ...
+    @property
+    def nodes(self) -> _Floats: ...
+    @property
+    def truth(self) -> _Floats: ...
+    @property
+    def edges(self) -> tuple[NDArray[np.int64], NDArray[np.int64], _Floats]: ...
+
+@final
+class SolverResult:
+    @property
+    def initial_cost(self) -> float: ...
+    @property
+    def final_cost(self) -> float: ...
+    @property
+    def stop(self) -> str: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def iterations(self) -> list[dict[str, Any]]: ...
+    @property
+    def issues(self) -> list[str]: ...
+    @property
+    def linear_solver(self) -> str | None: ...
+    @property
+    def rejected(self) -> list[int]: ...
+    @property
+    def solve_s(self) -> float: ...
+    @property
+    def setup_s(self) -> float: ...
+
+@final
 class VoxelCloud:
     def __new__(cls, voxel_m: float = 0.02, *, max_points: int = 20_000_000) -> VoxelCloud: ...
     def add(
@@ -575,3 +793,169 @@ class VoxelCloud:
     def points(self) -> tuple[NDArray[np.float32], NDArray[np.uint8]]: ...
     def write_ply(self, path: _Path) -> None: ...
     def __len__(self) -> int: ...
+
+@final
+class VelocityBiasState:
+    @property
+    def angular_rad_s(self) -> _Floats: ...
+    @property
+    def linear_m_s(self) -> _Floats | None: ...
+    @property
+    def covariance(self) -> _Floats | None: ...
+    @property
+    def blind_directions(self) -> _Floats: ...
+    @property
+    def field_energy(self) -> float | None: ...
+    @property
+    def status(self) -> _ObserverStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+
+@final
+class VelocityBiasEstimator:
+    def __new__(
+        cls,
+        camera: Camera,
+        method: Literal["information", "observer", "normalised"] = "information",
+        *,
+        k_field: float = 2.0,
+        k_v: float = 1e-2,
+        k_omega: float = 1e-5,
+        lambda_y: float = 1.0,
+        lambda_d: float = 5000.0,
+        rate_per_s: float = 1.0,
+        forget_s: float = 3.0,
+        linear_sigma: float = 0.01,
+        angular_sigma: float = 1e-3,
+        max_width: int = 160,
+    ) -> VelocityBiasEstimator: ...
+    def step(
+        self,
+        grey: ArrayLike,
+        depth_m: ArrayLike,
+        angular_rad_s: ArrayLike,
+        linear_m_s: ArrayLike | None = None,
+        *,
+        dt_s: float,
+        along: _Along = "axis",
+    ) -> VelocityBiasState: ...
+    @property
+    def state(self) -> VelocityBiasState: ...
+
+@final
+class ImuBiasState:
+    @property
+    def velocity_m_s(self) -> _Floats: ...
+    @property
+    def gravity_m_s2(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def accel_bias(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats | None: ...
+    @property
+    def status(self) -> _ObserverStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+
+@final
+class ImuBiasEstimator:
+    def __new__(
+        cls,
+        method: Literal["ekf", "observer"] = "ekf",
+        *,
+        gravity_m_s2: float = 9.81,
+        field_dot_down: float | None = None,
+        gyro_sigma_rad_s: float = 2.5e-3,
+        accel_sigma_m_s2: float = 0.03,
+        gyro_walk: float = 1e-5,
+        accel_walk: float = 3e-4,
+        gyro_bias_sigma: float = 0.05,
+        accel_bias_sigma: float = 0.3,
+    ) -> ImuBiasEstimator: ...
+    def step(
+        self,
+        gyro_rad_s: ArrayLike,
+        accel_m_s2: ArrayLike,
+        velocity_m_s: ArrayLike | None = None,
+        angular_rad_s: ArrayLike | None = None,
+        mag_ut: ArrayLike | None = None,
+        *,
+        velocity_sigma: float = 0.01,
+        angular_sigma: float = 5e-3,
+        mean: bool = False,
+        dt_s: float,
+    ) -> ImuBiasState: ...
+    @property
+    def state(self) -> ImuBiasState: ...
+    @property
+    def blind_directions(self) -> _Floats: ...
+
+@final
+class NavigationState:
+    @property
+    def stamp_ns(self) -> int: ...
+    @property
+    def position_m(self) -> _Floats: ...
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    @property
+    def world_from_body(self) -> _Floats: ...
+    @property
+    def velocity_m_s(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def accel_bias(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def status(self) -> _ObserverStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+
+@final
+class NavigationFilter:
+    def __new__(
+        cls,
+        *,
+        gravity_m_s2: ArrayLike | None = None,
+        body_from_camera: ArrayLike | None = None,
+        gyro_sigma_rad_s: float = 2.5e-3,
+        accel_sigma_m_s2: float = 0.03,
+        gyro_walk: float = 2e-5,
+        accel_walk: float = 5e-4,
+        max_delay_s: float = 0.5,
+    ) -> NavigationFilter: ...
+    def push_imu(
+        self, stamp_ns: int, gyro_rad_s: ArrayLike, accel_m_s2: ArrayLike
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    def push_mag(self, stamp_ns: int, mag_ut: ArrayLike) -> tuple[_ObserverStatus, str | None]: ...
+    def push_velocity(
+        self, stamp_ns: int, velocity_m_s: ArrayLike, covariance: ArrayLike
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    def push_pose(
+        self, stamp_ns: int, world_from_camera: ArrayLike, covariance: ArrayLike
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    def push_zero_velocity(
+        self, stamp_ns: int, sigma_m_s: float = 0.01
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    def state(self, stamp_ns: int) -> NavigationState | None: ...
+
+def calibrate_imu_still(
+    gyro_rad_s: ArrayLike,
+    accel_m_s2: ArrayLike,
+    stamp_ns: ArrayLike,
+    *,
+    gravity_m_s2: float = 9.81,
+) -> dict[str, Any]: ...
+def calibrate_mag_ellipsoid(mag_ut: ArrayLike) -> dict[str, Any]: ...
+def calibrate_camera_imu(
+    camera_rad_s: ArrayLike,
+    camera_stamp_ns: ArrayLike,
+    gyro_rad_s: ArrayLike,
+    gyro_stamp_ns: ArrayLike,
+    *,
+    largest_offset_s: float = 0.1,
+) -> dict[str, Any]: ...

@@ -253,8 +253,7 @@ impl Aligner {
             max_jump: config.max_jump as f32,
         }
         .accumulate(&mut self.sums);
-        let share = config.domain_known_share;
-        let found = self.solver.take(&self.sums, &tables.tiling, share);
+        let found = self.solver.take(&self.sums, &tables.tiling, config);
         if found < config.min_domains {
             return Err(Reason::FewDomains {
                 found,

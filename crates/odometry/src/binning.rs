@@ -6,6 +6,9 @@ use rayon::prelude::*;
 /// Columns handled at once: wide enough to fill vector registers, small enough for the stack.
 const STRIP: usize = 64;
 
+/// Every so many blocks and rows are looked at for the noise.
+const BEND_STRIDE: usize = 3;
+
 /// The inverse of depth or range over blocks of pixels, 1/m; NaN where unknown.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InverseDepth {
@@ -44,6 +47,54 @@ impl InverseDepth {
                 let start = y * rule.block * width;
                 average_row(&metres[start..start + rule.block * width], width, rule, out);
             });
+    }
+
+    /// Makes unknown what lies on an edge between surfaces: where the inverse depth bends by more
+    /// than `max_bend`, 1/m, from one block to the next but one. On a plane it does not bend at all,
+    /// however slanted it is. `scratch` is working memory.
+    pub(crate) fn cut_edges(&mut self, width: usize, max_bend: f32, scratch: &mut Vec<f32>) {
+        scratch.clone_from(&self.values);
+        let old = &scratch[..];
+        self.values
+            .par_chunks_mut(width)
+            .with_min_len(16)
+            .enumerate()
+            .for_each(|(y, line)| {
+                let row = |y: usize| &old[y * width..(y + 1) * width];
+                let here = row(y);
+                for x in 1..width.saturating_sub(1) {
+                    let bend = here[x - 1] + here[x + 1] - 2.0 * here[x];
+                    if bend.abs() > max_bend {
+                        line[x] = f32::NAN;
+                    }
+                }
+                if y > 0 && (y + 1) * width < old.len() {
+                    let (above, below) = (row(y - 1), row(y + 1));
+                    for x in 0..width {
+                        let bend = above[x] + below[x] - 2.0 * here[x];
+                        if bend.abs() > max_bend {
+                            line[x] = f32::NAN;
+                        }
+                    }
+                }
+            });
+    }
+
+    /// Robust standard deviation of the bend from block to block along the rows, 1/m: the noise,
+    /// as most of a scene is smooth.
+    pub(crate) fn bend_noise(&self, width: usize, scratch: &mut Vec<f32>) -> f32 {
+        scratch.clear();
+        for line in self.values.chunks(width).step_by(BEND_STRIDE) {
+            let bends = line.windows(3).step_by(BEND_STRIDE);
+            let sizes = bends.map(|w| (w[0] + w[2] - 2.0 * w[1]).abs());
+            scratch.extend(sizes.filter(|bend| bend.is_finite()));
+        }
+        if scratch.is_empty() {
+            return 0.0;
+        }
+        let middle = scratch.len() / 2;
+        let (_, median, _) = scratch.select_nth_unstable_by(middle, f32::total_cmp);
+        1.4826 * *median // sigma of a normal distribution
     }
 
     /// Fills `self` with the averages of blocks of values of `fine`, which has `width` columns.

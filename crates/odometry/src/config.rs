@@ -1,6 +1,7 @@
 //! The settings of the geometric flow, with the reasons for their defaults.
 
 use crate::Result;
+use crate::noise_model::NoiseModel;
 use sphereflow_core::Error;
 use sphereflow_sphere::Camera;
 
@@ -56,6 +57,9 @@ pub struct Config {
     pub block_known_share: f64,
     /// Largest spread of the inverse depth within a block, as a share of its mean: more is a jump.
     pub max_jump: f64,
+    /// Bend of the inverse depth across three of the finest blocks, 1/m, from which there is an edge
+    /// between surfaces (or a sharp crease); counts only where the noise is well below.
+    pub max_bend: f64,
     /// Number of domains wanted on the finest level; small images get fewer, of at least 4x4
     /// blocks.
     pub domains: usize,
@@ -66,6 +70,8 @@ pub struct Config {
     /// Noise of the difference of two domain means of the inverse depth, 1/m. For structured-light
     /// cameras it hardly depends on the domain's size, as their noise is correlated.
     pub domain_noise: f64,
+    /// How the noise depends on the distance.
+    pub noise: NoiseModel,
     /// A robust residual up to this, in units of `domain_noise`, is never held against a motion.
     pub good_residual_scale: f64,
     /// Beyond it, the largest residual as a share of what a camera at rest would leave.
@@ -110,10 +116,12 @@ impl Default for Config {
             warps: 0,
             block_known_share: 0.8,
             max_jump: 0.12,
+            max_bend: 1.5e-3,
             domains: 500,
             domain_known_share: 0.3,
             sweeps: 6,
             domain_noise: 8e-4,
+            noise: NoiseModel::default(),
             good_residual_scale: 5.0,
             max_unexplained_share: 0.5,
             max_residual_scale: 20.0,
@@ -209,6 +217,7 @@ impl Config {
             }
         }
         let positive = [
+            ("max_bend", self.max_bend),
             ("domain_noise", self.domain_noise),
             ("good_residual_scale", self.good_residual_scale),
             ("max_residual_scale", self.max_residual_scale),
@@ -223,6 +232,7 @@ impl Config {
                 return Err(Error::value(name, "a positive number", value).into());
             }
         }
+        self.noise.validate()?;
         if self.max_std_m.is_nan() || self.max_std_m <= 0.0 {
             let expected = "a positive number of metres, or infinity";
             return Err(Error::value("max_std_m", expected, self.max_std_m).into());

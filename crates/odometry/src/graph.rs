@@ -83,7 +83,7 @@ impl KeyframeGraph {
             }
             self.keyframes.push(KeyframeNode {
                 pose,
-                image: coarse(image),
+                image: image.coarse(),
                 parent,
             });
         }
@@ -98,7 +98,7 @@ impl KeyframeGraph {
     /// The keyframe's image once its rolling shutter is undone.
     pub(crate) fn replace_image(&mut self, index: usize, image: &FramePyramid) {
         if let Some(node) = self.keyframes.get_mut(index) {
-            node.image = coarse(image);
+            node.image = image.coarse();
         }
     }
 
@@ -129,13 +129,4 @@ impl KeyframeGraph {
     pub(crate) fn unlink(&mut self) {
         self.last_motion = None;
     }
-}
-
-/// Without the finest level: a quarter of the memory, and hardly less accurate on real images.
-fn coarse(image: &FramePyramid) -> FramePyramid {
-    let mut levels = image.levels.clone();
-    if levels.len() > 1 {
-        levels[0] = Default::default();
-    }
-    FramePyramid { levels }
 }

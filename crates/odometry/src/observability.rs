@@ -4,9 +4,12 @@
 //! axis. For a camera that sees a part only, any rigid motion that slides this part on itself is
 //! unseen: three directions for a plane or a sphere, two for a cylinder, one for a corridor.
 
+use crate::direction_name::{direction_name, simplest_basis};
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+use std::fmt;
 
-/// A direction of motion that is poorly determined or not at all.
+/// A direction of motion that is poorly determined or not at all. Its `Display` is its name with
+/// its standard deviation, such as `translation along (1.00, 0.00, 0.00), 0.020 m/s`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeakDirection {
     /// `[omega, v]` of unit length once omega is multiplied by the mean range (metres): m/s.
@@ -17,6 +20,26 @@ pub struct WeakDirection {
     pub score: f64,
     /// False where the motion along it was not estimated but taken from the prior.
     pub estimated: bool,
+}
+
+impl WeakDirection {
+    /// In words: `translation along (..)`, `rotation about (..)` or a screw, in the camera's frame.
+    pub fn name(&self) -> String {
+        direction_name(&self.direction).map_or_else(
+            || format!("direction {:?}", self.direction.as_slice()),
+            |name| name.to_string(),
+        )
+    }
+}
+
+impl fmt::Display for WeakDirection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {:.3} m/s", self.name(), self.std_m_s)?;
+        if !self.estimated {
+            write!(f, " (not estimated)")?;
+        }
+        Ok(())
+    }
 }
 
 /// What a direction must have to be estimated.
@@ -46,9 +69,22 @@ pub(crate) struct Spectrum {
     /// Scaled units: `[L omega, v]`.
     vectors: [Vector6<f64>; 6],
     range_m: f64,
+    /// What directions are compared with: the largest eigenvalue of what the images tell. A precise
+    /// prior must not make all that they tell look like nothing.
+    best: f64,
 }
 
 impl Spectrum {
+    /// Of `normal`, which may hold more than `images`, the part that the images tell.
+    pub(crate) fn with_prior(normal: &Matrix6<f64>, images: &Matrix6<f64>, range_m: f64) -> Self {
+        let unscale = diagonal(1.0 / range_m);
+        let best = (unscale * images * unscale).symmetric_eigenvalues().max();
+        Self {
+            best,
+            ..Self::new(normal, range_m)
+        }
+    }
+
     pub(crate) fn new(normal: &Matrix6<f64>, range_m: f64) -> Self {
         let unscale = diagonal(1.0 / range_m);
         let eigen = SymmetricEigen::new(unscale * normal * unscale);
@@ -58,6 +94,7 @@ impl Spectrum {
             values: order.map(|i| eigen.eigenvalues[i].max(0.0)),
             vectors: order.map(|i| eigen.eigenvectors.column(i).into_owned()),
             range_m,
+            best: eigen.eigenvalues[order[5]],
         }
     }
 
@@ -67,8 +104,13 @@ impl Spectrum {
     }
 
     fn score_of(&self, i: usize) -> f64 {
-        if self.values[5] > 0.0 {
-            (self.values[i] / self.values[5]).sqrt()
+        self.score_of_value(self.values[i])
+    }
+
+    /// Square root of a value over the best one, 0 to 1.
+    fn score_of_value(&self, value: f64) -> f64 {
+        if self.best > 0.0 {
+            (value / self.best).sqrt().min(1.0)
         } else {
             0.0
         }
@@ -144,25 +186,36 @@ impl Spectrum {
         self.seen(cut).len()
     }
 
-    /// The directions whose score is below `weak` or that `cut` leaves out, with their standard deviation in `covariance`.
+    /// The directions whose score is below `weak` or that `cut` leaves out, with their standard
+    /// deviation in `covariance`. Those left out come first, in the basis that has the most
+    /// translations: where several motions go unseen together the eigenvectors are any mixture of
+    /// them, which has no name.
     pub(crate) fn weak_directions(
         &self,
         covariance: &Matrix6<f64>,
         weak: f64,
         cut: Cut,
     ) -> Vec<WeakDirection> {
-        let scale = diagonal(self.range_m);
+        let unseen = 6 - self.seen(cut).len();
+        let poor = (unseen..6).filter(|&i| self.score_of(i) < weak);
+        let mut vectors = simplest_basis(&self.vectors[..unseen]);
+        vectors.extend(poor.map(|i| self.vectors[i]));
+        let (scale, unscale) = (diagonal(self.range_m), diagonal(1.0 / self.range_m));
         let scaled = scale * covariance * scale;
-        let seen = self.seen(cut).len();
-        (0..6)
-            .filter(|&i| self.score_of(i) < weak || i < 6 - seen)
-            .map(|i| WeakDirection {
-                direction: diagonal(1.0 / self.range_m) * self.vectors[i],
-                std_m_s: self.vectors[i].dot(&(scaled * self.vectors[i])).sqrt(),
-                score: self.score_of(i),
-                estimated: i >= 6 - seen,
-            })
-            .collect()
+        let direction = |(i, vector): (usize, &Vector6<f64>)| WeakDirection {
+            direction: unscale * vector,
+            std_m_s: vector.dot(&(scaled * vector)).sqrt(),
+            score: self.score_along(vector),
+            estimated: i >= unseen,
+        };
+        vectors.iter().enumerate().map(direction).collect()
+    }
+
+    /// Square root of the information along a scaled unit vector over the best one.
+    fn score_along(&self, vector: &Vector6<f64>) -> f64 {
+        let parts = self.values.iter().zip(&self.vectors);
+        let along: f64 = parts.map(|(value, v)| value * v.dot(vector).powi(2)).sum();
+        self.score_of_value(along)
     }
 }
 

@@ -275,7 +275,9 @@ impl DepthOdometry {
             twist.angular_rad_s = gyro.rate_rad_s;
         }
         let predicted = self.last.pose * pose_from_twist(&twist, dt_s);
-        let mut found = self.align(dt_s, predicted, false);
+        // Where nothing predicts the motion, something that moves on its own may look as right.
+        let unknown = self.last.twist == Twist::default();
+        let mut found = self.align(dt_s, predicted, unknown);
         if let (Ok(measured), Some(false)) =
             (&found, self.keyframe.as_ref().map(|k| k.shutter_undone))
         {

@@ -20,13 +20,14 @@ const LEAST_SHARE: f64 = 1e-3;
 /// A domain with less weight than this, at the level of the noise, does not move with the rest:
 /// residuals beyond some five sigma.
 const REJECTED: f64 = 0.2;
-/// A fit within this many times the noise is not tried again from samples.
-const RESTART_SCALE: f64 = 1.0;
+/// A fit within this many times the noise is not tried again from samples. Well below one: what
+/// follows a near object instead of walls far away leaves little in the inverse range of the walls.
+const RESTART_SCALE: f64 = 0.5;
 /// A second fit replaces the first where its residual is smaller by this factor.
 const RESTART_GAIN: f64 = 0.7;
-/// With a quarter of the domains wrong, one of so many samples of so many rows is free of them with
-/// a probability of 99 %.
-const SAMPLES: usize = 40;
+/// With 30 % of the domains wrong, one of so many samples of so many rows is free of them with a
+/// probability of 99 %.
+const SAMPLES: usize = 60;
 const SAMPLE_ROWS: usize = 7;
 /// A sample determines less than all domains do.
 const SAMPLE_SCORE: f64 = 0.1;
@@ -89,6 +90,8 @@ struct Step {
     spectrum: Spectrum,
     cut: Cut,
     normal: Matrix6<f64>,
+    /// With which the prior was scaled.
+    sigma: f64,
 }
 
 /// Room for the rows and residuals, kept between calls.
@@ -102,15 +105,19 @@ pub(crate) struct RobustSolver {
 impl RobustSolver {
     /// Takes the usable domains; returns how many there are. Every domain weighs the same per
     /// domain mean: the noise of depth cameras is correlated, so that a larger mean is hardly
-    /// better than a smaller one.
-    pub(crate) fn take(&mut self, sums: &[CellSums], tiling: &Tiling, share: f64) -> usize {
+    /// better than a smaller one. Where the noise depends on the distance, rows are divided by its
+    /// share of [`Config::domain_noise`], which stays the unit of all residuals.
+    pub(crate) fn take(&mut self, sums: &[CellSums], tiling: &Tiling, config: &Config) -> usize {
         self.rows.clear();
-        let mut range = 0.0;
+        let (mut range, share) = (0.0, config.domain_known_share);
         for (cell, &full) in sums.iter().zip(&tiling.full) {
             if cell.count == 0 || f64::from(cell.count) < share * f64::from(full) {
                 continue;
             }
-            let per_area = 1.0 / cell.area;
+            let noise = config
+                .noise
+                .relative(cell.gamma / cell.area, config.domain_noise);
+            let per_area = 1.0 / (cell.area * noise);
             range += cell.area / cell.gamma;
             self.rows.push(Row {
                 change: cell.change * per_area,
@@ -173,12 +180,14 @@ impl RobustSolver {
             rejected += usize::from(cauchy(row, &twist, scale.max(noise)) < REJECTED);
         }
         let freedom = self.rows.len().saturating_sub(6).max(1) as f64;
+        let variance = (squares / freedom).max((SMALLEST_SCALE * noise).powi(2));
         Solution {
             twist,
             spectrum: step.spectrum,
             cut: step.cut,
-            normal: step.normal,
-            variance: (squares / freedom).max((SMALLEST_SCALE * noise).powi(2)),
+            // The prior's part over this variance must be the prior's own information.
+            normal: step.normal + prior.information * (variance - step.sigma * step.sigma),
+            variance,
             rejected_share: f64::from(rejected as u32) / self.rows.len().max(1) as f64,
             scale: sigma / noise,
             scale_at_rest: self.scale(&Vector6::zeros()) / noise,
@@ -227,8 +236,8 @@ impl RobustSolver {
         sigma: f64,
         weights: impl Fn(&Row) -> (f64, f64),
     ) -> Step {
-        let mut normal = prior.information * (sigma * sigma);
-        let mut seen = normal;
+        let known = prior.information * (sigma * sigma);
+        let (mut normal, mut seen) = (known, Matrix6::zeros());
         let mut right = prior.gradient * (sigma * sigma);
         for row in &self.rows {
             let (sharp, blunt) = weights(row);
@@ -237,7 +246,11 @@ impl RobustSolver {
             seen += square * blunt;
             right += row.coefficients * (sharp * row.change);
         }
-        let spectrum = Spectrum::new(&seen, self.mean_range_m);
+        let spectrum = if known == Matrix6::zeros() {
+            Spectrum::new(&seen, self.mean_range_m)
+        } else {
+            Spectrum::with_prior(&(seen + known), &seen, self.mean_range_m)
+        };
         let cut = Cut {
             score: config.unobservable_score,
             eigenvalue: (sigma / config.max_std_m).powi(2),
@@ -247,6 +260,7 @@ impl RobustSolver {
             spectrum,
             cut,
             normal,
+            sigma,
         }
     }
 

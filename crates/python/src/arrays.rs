@@ -93,6 +93,23 @@ pub fn stamps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Stamp>> {
         .collect())
 }
 
+/// Indices, `(N,)`, none negative.
+pub fn indices(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<usize>> {
+    let array =
+        contiguous(value, name, "int64", "iu", " (indices)")?.cast_into::<PyArrayDyn<i64>>()?;
+    check_shape(name, array.shape(), &[None])?;
+    let negative = |index: i64| {
+        let text = format!("{name}: expected indices, 0 or more, found {index}");
+        exception(Kind::Value, text)
+    };
+    array
+        .readonly()
+        .as_slice()?
+        .iter()
+        .map(|&index| usize::try_from(index).map_err(|_| negative(index)))
+        .collect()
+}
+
 /// A depth or range image `(H, W)` in metres. Integers are refused: they are raw counts, not metres.
 pub fn metres(
     value: &Bound<'_, PyAny>,

@@ -1,18 +1,24 @@
 //! The Python module `sphereflow._native`: argument checks, views, error mapping; no arithmetic on pixels.
 
 mod arrays;
+mod attitude;
+mod calibration;
 mod camera;
 mod errors;
 mod frame;
 mod grid;
 mod information;
+mod navigation;
+mod observers;
 mod odometry;
 mod range_flow;
+mod pose_graph;
 mod recording;
 mod self_calibration;
 mod sim;
 mod simulated_frame;
 mod slam;
+mod solver;
 mod trajectory;
 mod velocity;
 
@@ -24,6 +30,10 @@ mod _native {
     use super::*;
 
     #[pymodule_export]
+    use crate::attitude::{PyAttitudeFilter, PyAttitudeRun, PyAttitudeState, PyVisualAttitude};
+    #[pymodule_export]
+    use crate::calibration::{calibrate_camera_imu, calibrate_imu_still, calibrate_mag_ellipsoid};
+    #[pymodule_export]
     use crate::camera::PyCamera;
     #[pymodule_export]
     use crate::frame::{PyFrame, PyFrameIterator};
@@ -32,10 +42,17 @@ mod _native {
     #[pymodule_export]
     use crate::information::{PyInformation, py_information};
     #[pymodule_export]
+    use crate::navigation::{PyNavigationFilter, PyNavigationState};
+    #[pymodule_export]
+    use crate::observers::{
+        PyImuBiasEstimator, PyImuBiasState, PyVelocityBiasEstimator, PyVelocityBiasState,
+    };
+    #[pymodule_export]
     use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
     #[pymodule_export]
-    #[pymodule_export]
     use crate::range_flow::PyRangeFlow;
+    #[pymodule_export]
+    use crate::pose_graph::PyPoseGraph;
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
     #[pymodule_export]
@@ -46,6 +63,8 @@ mod _native {
     use crate::simulated_frame::{PySimulatedFrame, PySimulatedFrames};
     #[pymodule_export]
     use crate::slam::PyVoxelCloud;
+    #[pymodule_export]
+    use crate::solver::{PyBundleProblem, PySolverResult};
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
     #[pymodule_export]

@@ -226,7 +226,7 @@ impl PyOptimiseReport {
 /// ----------
 /// camera : Camera
 ///     The depth camera, any model.
-/// method, along, domains, max_std_m
+/// method, along, domains, max_std_m, noise
 ///     As in `estimate_velocity`.
 /// keyframes : bool
 ///     False measures every frame against the one before.
@@ -247,7 +247,8 @@ pub struct PyDepthOdometry {
 impl PyDepthOdometry {
     #[new]
     #[pyo3(signature = (camera, *, method = "pyramid", along = "axis", domains = None,
-        max_std_m = None, keyframes = true, readout_s = 0.0, depth_corrected = false))]
+        max_std_m = None, keyframes = true, readout_s = 0.0, depth_corrected = false,
+        noise = "disparity"))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         camera: &PyCamera,
@@ -258,9 +259,10 @@ impl PyDepthOdometry {
         keyframes: bool,
         readout_s: f64,
         depth_corrected: bool,
+        noise: &str,
     ) -> PyResult<Self> {
         let mut config = OdometryConfig {
-            alignment: config(method, domains, max_std_m)?,
+            alignment: config(method, domains, max_std_m, noise)?,
             readout_s,
             ..OdometryConfig::default()
         };

@@ -9,8 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_core::{DepthMap, RangeMap, TrackStatus, Twist};
 use sphereflow_odometry::{
-    Also, Config, DepthImage, Gyro, Method, ThesisConfig, ThesisEstimator, VelocityEstimate,
-    VelocityEstimator, VelocityPrior,
+    Also, Config, DepthImage, Gyro, Method, NoiseModel, ThesisConfig, ThesisEstimator,
+    VelocityEstimate, VelocityEstimator, VelocityPrior,
 };
 
 /// A depth image of the camera's size: along the axis, or along the ray where `along == "ray"`.
@@ -110,7 +110,8 @@ impl PyVelocityEstimate {
         self.0.score
     }
 
-    /// Poorly determined directions: dicts with direction (6,), std_m_s, score, estimated.
+    /// Poorly determined directions: dicts with direction (6,), std_m_s, score, estimated,
+    /// name ("translation along (1.00, 0.00, 0.00)").
     #[getter]
     fn weak_directions<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let entry = |weak: &sphereflow_odometry::WeakDirection| {
@@ -120,6 +121,7 @@ impl PyVelocityEstimate {
             dict.set_item("std_m_s", weak.std_m_s)?;
             dict.set_item("score", weak.score)?;
             dict.set_item("estimated", weak.estimated)?;
+            dict.set_item("name", weak.name())?;
             Ok(dict)
         };
         self.0.weak_directions.iter().map(entry).collect()
@@ -170,7 +172,20 @@ impl PyVelocityEstimate {
     }
 }
 
-pub fn config(method: &str, domains: Option<usize>, max_std_m: Option<f64>) -> PyResult<Config> {
+pub fn config(
+    method: &str,
+    domains: Option<usize>,
+    max_std_m: Option<f64>,
+    noise: &str,
+) -> PyResult<Config> {
+    let noise = match noise {
+        "disparity" => NoiseModel::Disparity,
+        "time_of_flight" => NoiseModel::time_of_flight(),
+        _ => {
+            let text = format!("noise: expected 'disparity' or 'time_of_flight', found '{noise}'");
+            return Err(exception(Kind::Value, text));
+        }
+    };
     let method = match method {
         "pyramid" => Method::Pyramid,
         "single" => Method::Single,
@@ -187,6 +202,7 @@ pub fn config(method: &str, domains: Option<usize>, max_std_m: Option<f64>) -> P
     Ok(Config {
         domains: domains.unwrap_or(default.domains),
         max_std_m: max_std_m.unwrap_or(default.max_std_m),
+        noise,
         ..default
     })
 }
@@ -247,6 +263,9 @@ pub fn deviation(value: f64, name: &str, or_zero: bool) -> PyResult<f64> {
 /// max_std_m : float, optional
 ///     Directions whose predicted standard deviation over the pair is above this, in metres, are
 ///     held at what was known before, and the status says so.
+/// noise : {'disparity', 'time_of_flight'}
+///     How the depth's noise depends on the distance: 'disparity' (structured light, stereo) is the
+///     same in 1/Z at all distances, 'time_of_flight' has 2 mm and 0.1 % of the range.
 ///
 /// Returns
 /// -------
@@ -265,7 +284,7 @@ pub fn deviation(value: f64, name: &str, or_zero: bool) -> PyResult<f64> {
     signature = (camera, depth0_m, depth1_m, dt_s, *, method = "pyramid", along = "axis",
         domains = None, gyro_rad_s = None, gyro_std_rad_s = 3e-3, prior_m_s = None,
         prior_std_m_s = 0.1, image0 = None, image1 = None, brightness_weight = None,
-        max_std_m = None)
+        max_std_m = None, noise = "disparity")
 )]
 #[allow(clippy::too_many_arguments)]
 pub fn py_estimate_velocity(
@@ -285,6 +304,7 @@ pub fn py_estimate_velocity(
     image1: Option<&Bound<'_, PyAny>>,
     brightness_weight: Option<f64>,
     max_std_m: Option<f64>,
+    noise: &str,
 ) -> PyResult<PyVelocityEstimate> {
     let size = (camera.0.width(), camera.0.height());
     let first = Image::new(depth0_m, "depth0_m", size, along)?;
@@ -295,6 +315,7 @@ pub fn py_estimate_velocity(
             ("prior_m_s", prior_m_s.is_some()),
             ("image0, image1", image0.is_some() || image1.is_some()),
             ("max_std_m", max_std_m.is_some()),
+            ("noise", noise != "disparity"),
         ];
         if let Some((name, _)) = also.iter().find(|(_, given)| *given) {
             let text = format!("{name}: expected none with method 'thesis', which cannot use it");
@@ -312,7 +333,7 @@ pub fn py_estimate_velocity(
             .into_python()
             .map(PyVelocityEstimate);
     }
-    let mut config = config(method, domains, max_std_m)?;
+    let mut config = config(method, domains, max_std_m, noise)?;
     config.brightness_weight = brightness_weight.unwrap_or(config.brightness_weight);
     let gyro = gyro_rad_s
         .map(|v| vector3_of(v, "gyro_rad_s"))

@@ -16,8 +16,9 @@ pub struct SelfCalibrationConfig {
     pub readout_s: f64,
     /// Gauss-Newton steps.
     pub iterations: usize,
-    /// Side of the blocks of pixels that are averaged first, 1 to 32. The fields are smooth: more
-    /// resolution costs time and gains nothing.
+    /// Side of the blocks of pixels that are averaged first, for an image
+    /// [`crate::REFERENCE_WIDTH`] pixels wide, 1 to 32. What is looked for is smooth: half the side
+    /// takes four times as long and finds the same.
     pub block: usize,
     /// Number of domains wanted.
     pub domains: usize,
@@ -40,6 +41,8 @@ pub struct SelfCalibrationConfig {
     /// at unit distance. 0.03 is 16 pixels of a 640x480 Kinect: what a wrong lens does.
     pub lens_std: f64,
     /// Prior: relative error of the focal lengths, and of the principal point as a share of them.
+    /// Narrow: a camera frame turned against the lens moves the principal point, bends the image and
+    /// tilts the field, and only the small differences between these tell where the axis is.
     pub focal_std: f64,
     /// Prior: how much any term of the field changes 1/Z where it is largest: relative, and in 1/m.
     /// Kinects were found wrong by a quarter to the whole of 2 %.
@@ -49,7 +52,8 @@ pub struct SelfCalibrationConfig {
     /// A parameter, or a combination of them, is observable where the motion reduced its standard
     /// deviation to this share of the prior's.
     pub observable_share: f64,
-    /// A domain residual is never believed to be better than this, 1/m: discretisation.
+    /// Residuals are never weighted as better than this, 1/m: the discretisation of exact depth. A
+    /// larger one would let domains on creases, which no parameter explains, bend the parameters.
     pub least_noise: f64,
 }
 
@@ -60,22 +64,22 @@ impl Default for SelfCalibrationConfig {
             field: true,
             readout: true,
             readout_s: 0.0,
-            iterations: 4,
-            block: 4,
+            iterations: 6,
+            block: 8,
             domains: 500,
-            max_pairs: 180,
+            max_pairs: 300,
             min_pairs: 12,
-            min_gap: 6,
-            max_gap: 30,
+            min_gap: 5,
+            max_gap: 20,
             min_motion_m: 0.05,
             max_turn_rad: 0.6,
             max_distance_m: 0.8,
             lens_std: 0.03,
-            focal_std: 0.01,
+            focal_std: 0.005,
             field_std: 0.02,
             readout_std_s: 0.02,
             observable_share: 0.5,
-            least_noise: 2e-4,
+            least_noise: 2e-5,
         }
     }
 }

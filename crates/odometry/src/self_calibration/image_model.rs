@@ -15,7 +15,7 @@ pub(super) struct ImageModel {
     pub(super) binned: Camera,
     pub(super) table: Arc<SphereTable>,
     /// Factor of the measured 1/Z, block by block.
-    factor: Vec<f32>,
+    pub(super) factor: Vec<f32>,
     /// What is added to it, 1/m.
     offset: Vec<f32>,
     /// Time from a row of blocks to the next, seconds, and that of the first row after the stamp.

@@ -26,7 +26,7 @@ pub use result::{CalibratedParameter, CalibrationStatus, HeldCombination, SelfCa
 
 use crate::Result;
 use crate::binning::{BlockRule, InverseDepth};
-use crate::config::Config;
+use crate::config::{Config, REFERENCE_WIDTH};
 use crate::depth_image::{Axis, DepthImage};
 use crate::odometry::{DepthOdometry, OdometryConfig, OdometryResult};
 use frames::Frame;
@@ -57,6 +57,11 @@ impl SelfCalibrator {
             return Err(CoreError::value("camera", expected, camera.model_name()).into());
         }
         let odometry_config = Config::default();
+        let scaled = config.block as f64 * camera.width() as f64 / REFERENCE_WIDTH as f64;
+        let config = SelfCalibrationConfig {
+            block: (scaled.round() as usize).clamp(1, 32),
+            ..config
+        };
         Ok(Self {
             odometry: DepthOdometry::new(
                 camera,
@@ -77,7 +82,7 @@ impl SelfCalibrator {
         &self.camera
     }
 
-    /// The settings.
+    /// The settings, with the block that this camera's image gets.
     pub fn config(&self) -> &SelfCalibrationConfig {
         &self.config
     }

@@ -4,6 +4,7 @@ use super::frames::{Frame, FramePair};
 use super::image_model::ImageModel;
 use super::row_warp::RowWarp;
 use crate::binning::InverseDepth;
+use crate::motion::pose_from_twist;
 use crate::tiling::Tiling;
 use crate::weak_form::{CellSums, Pair, WeakForm};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
@@ -15,6 +16,8 @@ const CAUCHY: f64 = 2.385;
 const SIGMA_PER_MAD: f64 = 1.4826;
 /// Reweighted solves for the motion after each warp.
 const SWEEPS: usize = 5;
+/// Step of the differences by the motion, radians and metres: a pixel of a Kinect or less.
+const MOTION_STEP: f64 = 1e-3;
 /// Weakest that is known of a motion before the pair is looked at: 1 rad, 1 m.
 const MOTION_INFORMATION: f64 = 1.0;
 
@@ -97,7 +100,7 @@ impl<'a> PairFit<'a> {
         for _ in 0..solves {
             self.measure(model)?;
             let step = Twist::from_vector(&self.robust_step());
-            self.motion = crate::motion::pose_from_twist(&step, 1.0) * self.motion;
+            self.motion = pose_from_twist(&step, 1.0) * self.motion;
         }
         self.measure(model)?;
         let noise = self.noise(&Vector6::zeros());
@@ -117,13 +120,22 @@ impl<'a> PairFit<'a> {
     ) -> Normal {
         let n = changed.len();
         let base = self.pair.clone();
+        let motion = self.motion;
+        // The motion's slopes too: those of the weak form are a percent or two off, which is much
+        // where a parameter differs little from a motion.
+        let mut motion_slopes = DMatrix::zeros(self.rows.len(), 6);
+        for k in 0..6 {
+            let mut step = Vector6::zeros();
+            step[k] = MOTION_STEP;
+            self.motion = pose_from_twist(&Twist::from_vector(&step), 1.0) * motion;
+            self.look(model);
+            self.slopes(&base, (model, model), MOTION_STEP, k, &mut motion_slopes);
+        }
+        self.motion = motion;
         let mut slopes = DMatrix::zeros(self.rows.len(), n);
         for (k, (other, step)) in changed.iter().enumerate() {
             self.look(other);
-            let change = self.difference(&base, model);
-            for (r, row) in self.rows.iter().enumerate() {
-                slopes[(r, k)] = change[row.cell] / step;
-            }
+            self.slopes(&base, (model, other), *step, k, &mut slopes);
         }
         let sigma = noise.max(self.rules.least_noise);
         let mut own = Matrix6::identity() * MOTION_INFORMATION;
@@ -134,10 +146,11 @@ impl<'a> PairFit<'a> {
         for (r, row) in self.rows.iter().enumerate() {
             let weight = cauchy(row.change, sigma) / (sigma * sigma);
             let slope = slopes.row(r).transpose();
-            // change + slope . delta - coefficients . motion = 0
-            own += row.coefficients * row.coefficients.transpose() * weight;
-            own_right += row.coefficients * (weight * row.change);
-            cross -= row.coefficients * slope.transpose() * weight;
+            let moved = Vector6::from_iterator(motion_slopes.row(r).iter().copied());
+            // change + slope . delta + moved . motion = 0
+            own += moved * moved.transpose() * weight;
+            own_right -= moved * (weight * row.change);
+            cross += moved * slope.transpose() * weight;
             information += &slope * slope.transpose() * weight;
             right -= &slope * (weight * row.change);
         }
@@ -222,20 +235,40 @@ impl<'a> PairFit<'a> {
         SIGMA_PER_MAD * *median
     }
 
+    /// Column `k` of `slopes`: difference from `base` by `step`, row by row.
+    fn slopes(
+        &self,
+        base: &Pair,
+        models: (&ImageModel, &ImageModel),
+        step: f64,
+        k: usize,
+        slopes: &mut DMatrix<f64>,
+    ) {
+        let change = self.difference(base, models);
+        for (r, row) in self.rows.iter().enumerate() {
+            slopes[(r, k)] = change[row.cell] / step;
+        }
+    }
+
     /// Domain means of the residual now minus that of `base`, over the rays known in both: a ray
     /// that appears or vanishes is no derivative. Zero for a domain without any.
-    fn difference(&self, base: &Pair, model: &ImageModel) -> Vec<f64> {
+    ///
+    /// The residual counts in units of its own noise, which the field multiplies as it does 1/Z:
+    /// otherwise a field that shrinks 1/Z, and gives back the mean by its additive part, would shrink
+    /// the noise and seem to fit better.
+    fn difference(&self, base: &Pair, (from, to): (&ImageModel, &ImageModel)) -> Vec<f64> {
         let tiling = &self.rules.tiling;
         let mut sums = vec![(0.0_f64, 0.0_f64); tiling.cells];
-        let width = model.table.width;
+        let width = from.table.width;
         for (y, row) in tiling.row.iter().enumerate() {
             for (x, column) in tiling.column.iter().enumerate() {
                 let i = y * width + x;
-                let change = 2.0 * (self.pair.half[i] - base.half[i]);
+                let now = self.pair.half[i] * (from.factor[i] / to.factor[i]);
+                let change = 2.0 * (now - base.half[i]);
                 if change.is_nan() {
                     continue;
                 }
-                let area = f64::from(model.table.area[i]);
+                let area = f64::from(from.table.area[i]);
                 let sum = &mut sums[(row + column) as usize];
                 sum.0 += f64::from(change) * area;
                 sum.1 += area;

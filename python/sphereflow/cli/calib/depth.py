@@ -17,11 +17,11 @@ EXAMPLES = """[bold]Examples[/bold]
 
   sphereflow run other_recording --calibration camera.toml --out result
 
-[bold]What to record[/bold]  About ten seconds, the camera in the hand in front of furniture: turn it
-about all three axes, move it to and fro, look at things near and far. One wall is not enough.
+[bold]What to record[/bold]  About ten seconds, the camera in the hand in front of furniture: turn
+it about all three axes, move it to and fro, look at things near and far. One wall is not enough.
 
-[bold]What it prints[/bold]  Each parameter with its standard deviation. "held" means that the motion
-did not show it by itself: it is near its prior, and only combinations with others are known.
+[bold]What it prints[/bold]  Each parameter with its standard deviation. "held" means that the
+motion did not show it by itself: it is near its prior, and only combinations with others are known.
 
 [bold]Exit status[/bold]  0: calibrated.  1: nothing was observable; no file is written."""
 

@@ -74,7 +74,8 @@ def _rows(found: SelfCalibration) -> list[tuple[str, str]]:
         held = "" if parameter["observable"] else f"  held; prior {parameter['prior_std']:.5f}"
         value = f"{parameter['value']:+.5f} +- {parameter['std']:.5f}{held}"
         rows.append((parameter["name"], value))
-    for held in found.held:
-        named = " ".join(f"{share:+.1f} {name}" for name, share in held["shares"].items())
-        rows.append(("not shown", f"{named}: {100 * held['std_share']:.0f} % of its prior"))
+    for combination in found.held:
+        shares = combination["shares"].items()
+        named = " ".join(f"{share:+.1f} {name}" for name, share in shares)
+        rows.append(("not shown", f"{named}: {100 * combination['std_share']:.0f} % of its prior"))
     return rows
