@@ -15,7 +15,7 @@ def test_estimate_velocity_on_exact_depth_finds_the_motion() -> None:
     """Thesis: section 6.2. Both velocities, in the body frame of the first image."""
     first, second = simulated("room_tour", duration_s=0.1).frames(0, 2)
     estimate = sf.odometry.estimate_velocity(
-        CAMERA, first.depth_m, second.depth_m, (second.stamp_ns - first.stamp_ns) * 1e-9, warps=2
+        CAMERA, first.depth_m, second.depth_m, (second.stamp_ns - first.stamp_ns) * 1e-9
     )
     assert estimate.status == "tracked"
     # The true twist of the pair lies between those at its ends.
@@ -84,7 +84,7 @@ def test_odometry_of_360_degrees_takes_ranges() -> None:
         depth_noise="none",
         duration_s=0.5,
     )
-    odometry = sf.odometry.DepthOdometry(camera, along="ray", warps=2)
+    odometry = sf.odometry.DepthOdometry(camera, along="ray")
     frames = list(room.frames())
     results = [odometry.push(frame.exact_range_m, frame.stamp_ns) for frame in frames]
     assert [result.status for result in results[1:]] == ["tracked"] * (len(frames) - 1)
