@@ -12,6 +12,8 @@ use sphereflow_odometry::{
     Also, Config, DepthImage, Gyro, Method, NoiseModel, ThesisConfig, ThesisEstimator,
     VelocityEstimate, VelocityEstimator, VelocityPrior,
 };
+use sphereflow_sphere::Camera;
+use std::sync::Mutex;
 
 /// A depth image of the camera's size: along the axis, or along the ray where `along == "ray"`.
 pub enum Image {
@@ -229,6 +231,27 @@ pub fn deviation(value: f64, name: &str, or_zero: bool) -> PyResult<f64> {
     Err(exception(Kind::Value, text))
 }
 
+/// The estimator of the last call: its tables take longer to build than a pair to measure.
+static KEPT: Mutex<Option<VelocityEstimator>> = Mutex::new(None);
+
+/// The kept estimator where it is for this camera and these settings, a new one otherwise.
+fn kept_estimator(
+    camera: &Camera,
+    config: Config,
+) -> Result<VelocityEstimator, sphereflow_odometry::Error> {
+    let kept = KEPT.lock().ok().and_then(|mut kept| kept.take());
+    match kept.filter(|kept| kept.camera() == camera && *kept.config() == config) {
+        Some(estimator) => Ok(estimator),
+        None => VelocityEstimator::new(camera, config),
+    }
+}
+
+fn keep(estimator: VelocityEstimator) {
+    if let Ok(mut kept) = KEPT.lock() {
+        *kept = Some(estimator);
+    }
+}
+
 /// Velocity of a camera from two of its depth images: the geometric flow of Chapter 6.
 ///
 /// Parameters
@@ -368,12 +391,10 @@ pub fn py_estimate_velocity(
             prior,
             brightness: images.as_ref().map(|(a, b)| (a, b)),
         };
-        VelocityEstimator::new(&camera.0, config)?.estimate_with(
-            first.view(),
-            second.view(),
-            dt_s,
-            &also,
-        )
+        let mut estimator = kept_estimator(&camera.0, config)?;
+        let found = estimator.estimate_with(first.view(), second.view(), dt_s, &also);
+        keep(estimator);
+        found
     })
     .into_python()
     .map(PyVelocityEstimate)
