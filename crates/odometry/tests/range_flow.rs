@@ -163,7 +163,8 @@ fn range_flow_does_not_depend_on_the_number_of_threads() {
             .unwrap();
         pool.install(|| measure(&Scene::room(), &pinhole(), &general_motion(), false))
     };
-    assert_eq!(run(1), run(4));
+    // As text: a field that it does not fill is NaN.
+    assert_eq!(format!("{:?}", run(1)), format!("{:?}", run(4)));
 }
 
 /// A guess of the motion, as a keyframe's tracker has one, reaches further.

@@ -5,6 +5,7 @@ use super::image_model::ImageModel;
 use super::row_warp::RowWarp;
 use crate::binning::InverseDepth;
 use crate::motion::pose_from_twist;
+use crate::observability::Spectrum;
 use crate::tiling::Tiling;
 use crate::weak_form::{CellSums, Pair, WeakForm};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
@@ -200,6 +201,18 @@ impl<'a> PairFit<'a> {
             }
         }
         (self.rows.len() >= self.rules.min_domains).then_some(())
+    }
+
+    /// How well the scene determines the pair's motion, 0 to 1 (Theorem 3); `None` where too
+    /// little of it is known.
+    pub(super) fn score(&mut self, model: &ImageModel) -> Option<f64> {
+        self.measure(model)?;
+        let (mut normal, mut range_m) = (Matrix6::zeros(), 0.0);
+        for row in &self.rows {
+            normal += row.coefficients * row.coefficients.transpose();
+            range_m += self.sums[row.cell].area / self.sums[row.cell].gamma;
+        }
+        Some(Spectrum::new(&normal, range_m / self.rows.len() as f64).score())
     }
 
     /// Robust solution of the balances for the rest of the motion.

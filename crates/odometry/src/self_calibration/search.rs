@@ -13,15 +13,15 @@ use crate::motion::twist_from_pose;
 use crate::tiling::Tiling;
 use nalgebra::{DMatrix, DVector, Vector6};
 use rayon::prelude::*;
-use sphereflow_core::Pose;
 use sphereflow_sphere::Camera;
 
 /// Solves for a pair's motion when it is first looked at, and later.
 const FIRST_SOLVES: usize = 4;
 const LATER_SOLVES: usize = 2;
-/// At rest a pair must fit worse than with its motion by this factor: where a scene leaves
-/// directions undetermined, an odometry drifts along them without any motion.
-const MOVED_FACTOR: f64 = 1.5;
+/// A pair whose scene determines its motion less than this (Theorem 3) is left out: an odometry
+/// drifts along what is undetermined without any motion, and the drift would pass for an error of
+/// the depth.
+const LEAST_SCORE: f64 = 0.03;
 /// Residuals of a pair beyond this many times the noise are no calibration error.
 const LARGEST_NOISE: f64 = 15.0;
 /// A step below this share of the prior's standard deviation ends the search.
@@ -94,7 +94,7 @@ impl<'a> Search<'a> {
             inflation: 1.0,
         };
         search.align(FIRST_SOLVES);
-        search.keep_moved();
+        search.keep_determined();
         for candidate in &mut search.candidates {
             candidate.before = candidate.now;
         }
@@ -244,22 +244,21 @@ impl<'a> Search<'a> {
         self.candidates = found.into_iter().flatten().collect();
     }
 
-    /// Drops the pairs that a camera at rest explains as well.
-    fn keep_moved(&mut self) {
-        let moved: Vec<bool> = self
+    /// Drops the pairs whose motion their scene does not determine.
+    fn keep_determined(&mut self) {
+        let determined: Vec<bool> = self
             .candidates
             .par_iter()
             .map(|candidate| {
-                let mut pair = candidate.pair.clone();
-                pair.motion = Pose::identity();
-                let fit = PairFit::new(&self.rules, self.frames, &self.velocities, &pair);
-                // None where it does not fit at all: it moved.
-                let at_rest = fit.and_then(|mut fit| fit.align(&self.model, 0));
-                at_rest.is_none_or(|rest| rest.noise >= MOVED_FACTOR * candidate.now)
+                let pair = &candidate.pair;
+                let fit = PairFit::new(&self.rules, self.frames, &self.velocities, pair);
+                let score = fit.and_then(|mut fit| fit.score(&self.model));
+                score.is_some_and(|score| score >= LEAST_SCORE)
             })
             .collect();
-        let mut moved = moved.into_iter();
-        self.candidates.retain(|_| moved.next().unwrap_or(false));
+        let mut determined = determined.into_iter();
+        self.candidates
+            .retain(|_| determined.next().unwrap_or(false));
     }
 
     /// The equations of all pairs at the current values.
