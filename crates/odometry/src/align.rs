@@ -18,9 +18,11 @@ use sphereflow_sphere::lie::se3;
 /// Further solves where the last one moved more than the one before: noise does that at times, and
 /// one more then settles; a solve that still grows after these has not converged.
 const PATIENCE: usize = 2;
-/// Steps of the warp's fixed point. One leaves the noise of the first image in where the second is
-/// looked up, and costs a factor of two in drift on real recordings; a third gains little.
-const STEPS: usize = 2;
+/// Steps of the warp's fixed point on the finest level and on the others. On the finest, one leaves
+/// the noise of the first image in where the second is looked up, and costs a factor of two in drift
+/// on real recordings; a third gains little.
+const FINE_STEPS: usize = 2;
+const COARSE_STEPS: usize = 1;
 /// Every so many blocks of the coarsest level are looked at for overlap and flow.
 const FLOW_STRIDE: usize = 2;
 
@@ -201,7 +203,11 @@ impl Aligner {
             motion,
             shutter,
             max_jump: config.max_jump as f32,
-            steps: STEPS,
+            steps: if level == task.finest {
+                FINE_STEPS
+            } else {
+                COARSE_STEPS
+            },
         }
         .fill(first, &mut self.rows, &mut self.warped);
         self.pair.fill(&tables.table, first, &self.warped);
@@ -285,7 +291,7 @@ impl Aligner {
             motion: Pose::identity(),
             shutter,
             max_jump: config.max_jump as f32,
-            steps: STEPS,
+            steps: FINE_STEPS,
         }
         .fill(&frame.levels[0], &mut self.rows, &mut out.levels[0]);
         self.stack.coarsen(out);
