@@ -3,7 +3,7 @@
 //! [`horn_schunck`] and [`tv_l1`] measure the optical flow between two images, [`rof_denoise`]
 //! smooths one. With a known motion the flow has one unknown left, the range: [`SobolevDepth`] and
 //! [`TvDepth`] find its inverse for any camera, [`FlowObserver`] and
-//! [`DepthObserver`] follow it over time. Images are planes of brightness of any scale (settings
+//! [`DepthObserver`] follow it over time, and [`DepthFilter`] is the best of all. Images are planes of brightness of any scale (settings
 //! are for 1 to 256); flow is in pixels, columns to the right and rows down.
 
 mod data_term;
@@ -11,6 +11,7 @@ mod derivatives;
 mod elliptic;
 mod error;
 mod field;
+mod filter;
 mod gaussian;
 mod horn_schunck;
 mod observer;
@@ -26,6 +27,7 @@ pub use data_term::DataTerm;
 pub use derivatives::{Derivatives, sobel};
 pub use error::Error;
 pub use field::FlowField;
+pub use filter::{Brightness, DepthFilter, DepthFilterConfig, DepthStep, VelocityNoise};
 pub use horn_schunck::{
     HornSchunckConfig, HornSchunckSolver, horn_schunck, horn_schunck_energy, horn_schunck_of,
 };
