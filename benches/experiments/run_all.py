@@ -5,7 +5,7 @@ import importlib
 import sys
 from pathlib import Path
 
-EXPERIMENTS = ["figure_2_1", "demo_room"]
+EXPERIMENTS = ["figure_2_1", "depth_observers", "depth_filter", "demo_room"]
 
 
 def main() -> None:

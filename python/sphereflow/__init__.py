@@ -18,7 +18,7 @@ z forward; see CONVENTIONS.md.
 
 from typing import TYPE_CHECKING, Any
 
-from sphereflow import errors, eval, io, odometry, sim, slam, sphere
+from sphereflow import depth, errors, eval, flow, io, odometry, sim, slam, sphere
 from sphereflow._native import Camera, SphereGrid, Trajectory, __version__, associate
 from sphereflow.errors import (
     DataError,
@@ -50,8 +50,10 @@ __all__ = [
     "ValueRangeError",
     "__version__",
     "associate",
+    "depth",
     "errors",
     "eval",
+    "flow",
     "io",
     "odometry",
     "run",

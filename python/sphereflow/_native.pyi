@@ -1,6 +1,6 @@
 """Types of the compiled half of sphereflow. Private: import `sphereflow`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, final
@@ -11,7 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 __version__: str
 __all__ = [
     "Camera",
+    "DepthFilter",
+    "DepthObserver",
     "DepthOdometry",
+    "DepthResult",
+    "FlowObserver",
     "Frame",
     "FrameIterator",
     "OdometryResult",
@@ -22,18 +26,25 @@ __all__ = [
     "Simulator",
     "SphereGrid",
     "Trajectory",
+    "VariationalDepth",
     "VelocityEstimate",
     "VoxelCloud",
     "__version__",
     "associate",
     "estimate_velocity",
+    "horn_schunck",
     "open_recording",
+    "rof_denoise",
+    "sobolev_depth",
+    "tv_l1",
+    "tv_l1_depth",
 ]
 
 _Floats = NDArray[np.float64]
 _Status = Literal["started", "tracked", "weak", "lost", "skipped"]
 _Along = Literal["axis", "ray"]
 _Path = str | PathLike[str]
+_DepthStatus = Literal["started", "updated", "unobservable", "unusable", "skipped"]
 _TrajectoryFormat = Literal["tum", "kitti", "euroc"]
 
 @final
@@ -427,3 +438,127 @@ class VoxelCloud:
     def points(self) -> tuple[NDArray[np.float32], NDArray[np.uint8]]: ...
     def write_ply(self, path: _Path) -> None: ...
     def __len__(self) -> int: ...
+
+@final
+class DepthFilter:
+    def __new__(
+        cls,
+        camera: Camera,
+        *,
+        binning: int = 2,
+        lags: Sequence[int] = ...,
+        sigma_grey: float | None = None,
+        initial_range_m: float = 1.0,
+        roughness_per_m_rad: float = 0.034,
+        brightness: Literal["measured", "constant"] = "measured",
+        occlusion: bool = True,
+    ) -> DepthFilter: ...
+    @property
+    def camera(self) -> Camera: ...
+    @property
+    def world_from_camera(self) -> _Floats: ...
+    def step(
+        self,
+        image: ArrayLike,
+        *,
+        world_from_camera: ArrayLike | None = None,
+        stamp_ns: int | None = None,
+        v_m_s: ArrayLike | None = None,
+        omega_rad_s: ArrayLike | None = None,
+        dt_s: float | None = None,
+        v_sigma_m_s: float = 0.0,
+        omega_sigma_rad_s: float = 0.0,
+    ) -> DepthResult: ...
+
+@final
+class DepthResult:
+    @property
+    def range_m(self) -> NDArray[np.float32]: ...
+    @property
+    def std_m(self) -> NDArray[np.float32] | None: ...
+    @property
+    def status(self) -> _DepthStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def sigma_grey(self) -> float: ...
+    @property
+    def fitting_share(self) -> float: ...
+
+@final
+class FlowObserver:
+    def __new__(
+        cls, camera: Camera, *, gain: float = 500.0, initial_range_m: float = 1.0
+    ) -> FlowObserver: ...
+    def step(
+        self, flow: ArrayLike, *, v_m_s: ArrayLike, omega_rad_s: ArrayLike, dt_s: float
+    ) -> DepthResult: ...
+
+@final
+class DepthObserver:
+    def __new__(
+        cls, camera: Camera, *, gain: float = 30.0, initial_range_m: float = 1.0
+    ) -> DepthObserver: ...
+    def step(
+        self, inv_range: ArrayLike, *, v_m_s: ArrayLike, omega_rad_s: ArrayLike, dt_s: float
+    ) -> DepthResult: ...
+
+@final
+class VariationalDepth:
+    @property
+    def inv_range(self) -> NDArray[np.float32]: ...
+    @property
+    def energy(self) -> float: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def iterations(self) -> int: ...
+
+def horn_schunck(
+    image0: ArrayLike,
+    image1: ArrayLike,
+    *,
+    alpha: float = 10.0,
+    solver: Literal["jacobi", "sor"] = "jacobi",
+    sweeps: int = 50,
+    aspect: float = 1.0,
+    start: ArrayLike | None = None,
+) -> NDArray[np.float32]: ...
+def tv_l1(
+    image0: ArrayLike,
+    image1: ArrayLike,
+    *,
+    weight: float = 0.1,
+    warps: int = 5,
+    iterations: int = 30,
+    levels: int = 5,
+    start: ArrayLike | None = None,
+) -> NDArray[np.float32]: ...
+def rof_denoise(
+    image: ArrayLike, *, weight: float = 0.05, iterations: int = 100
+) -> NDArray[np.float32]: ...
+def sobolev_depth(
+    camera: Camera,
+    image0: ArrayLike,
+    image1: ArrayLike,
+    *,
+    v_m_s: ArrayLike,
+    omega_rad_s: ArrayLike,
+    dt_s: float,
+    alpha_m_s: float = 300.0,
+    iterations: int = 60,
+    start: ArrayLike | None = None,
+) -> VariationalDepth: ...
+def tv_l1_depth(
+    camera: Camera,
+    image0: ArrayLike,
+    image1: ArrayLike,
+    *,
+    v_m_s: ArrayLike,
+    omega_rad_s: ArrayLike,
+    dt_s: float,
+    weight: float = 0.5,
+    iterations: int = 400,
+    gap: float = 1e-3,
+    start: ArrayLike | None = None,
+) -> VariationalDepth: ...

@@ -69,13 +69,13 @@ fn sobel_row(image: &Plane<f32>, row: usize, out_x: &mut [f32], out_y: &mut [f32
     let (above, below) = (row.saturating_sub(1), (row + 1).min(height - 1));
     let (a, b, c) = (image.row(above), image.row(row), image.row(below));
     let span_y = (below - above).max(1) as f32;
-    for x in 0..width {
+    for (x, (out_x, out_y)) in out_x.iter_mut().zip(out_y).enumerate() {
         let (left, right) = (x.saturating_sub(1), (x + 1).min(width - 1));
         let span_x = (right - left).max(1) as f32;
         let column = |x: usize| a[x] + 2.0 * b[x] + c[x];
         let slope = |x: usize| c[x] - a[x];
-        out_x[x] = (column(right) - column(left)) / (4.0 * span_x);
-        out_y[x] = (slope(left) + 2.0 * slope(x) + slope(right)) / (4.0 * span_y);
+        *out_x = (column(right) - column(left)) / (4.0 * span_x);
+        *out_y = (slope(left) + 2.0 * slope(x) + slope(right)) / (4.0 * span_y);
     }
 }
 

@@ -2,7 +2,10 @@
 
 mod arrays;
 mod camera;
+mod depth;
+mod depth_thesis;
 mod errors;
+mod flow;
 mod frame;
 mod grid;
 mod odometry;
@@ -22,6 +25,14 @@ mod _native {
 
     #[pymodule_export]
     use crate::camera::PyCamera;
+    #[pymodule_export]
+    use crate::depth::{PyDepthFilter, PyDepthResult};
+    #[pymodule_export]
+    use crate::depth_thesis::{
+        PyDepthObserver, PyFlowObserver, PyVariationalDepth, py_sobolev_depth, py_tv_l1_depth,
+    };
+    #[pymodule_export]
+    use crate::flow::{py_horn_schunck, py_rof_denoise, py_tv_l1};
     #[pymodule_export]
     use crate::frame::{PyFrame, PyFrameIterator};
     #[pymodule_export]

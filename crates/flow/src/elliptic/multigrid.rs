@@ -82,9 +82,10 @@ impl Multigrid {
             if !step.is_finite() {
                 break;
             }
-            for i in 0..count {
-                value[i] += step * direction[i];
-                residual[i] -= step * product[i];
+            let moves = direction.iter().zip(&product);
+            for ((v, r), (d, p)) in value.iter_mut().zip(&mut residual).zip(moves) {
+                *v += step * d;
+                *r -= step * p;
             }
         }
         let size = dot(&residual, &residual).sqrt();

@@ -25,8 +25,10 @@ pub struct DepthFilterConfig {
     pub sigma_grey: Option<f64>,
     /// Range everywhere before the first image, metres.
     pub initial_range_m: f64,
-    /// How much 1/Z departs from planes, per metre and pixel of the filter.
-    pub roughness_per_m_px: f64,
+    /// Surfaces farther than this, metres, are not looked for.
+    pub farthest_m: f64,
+    /// How much 1/Z departs from planes, per metre and radian.
+    pub roughness_per_m_rad: f64,
     /// Share of the information that survives a frame.
     pub memory: f64,
     /// Frames after the start in which only nine tenths survive, so that early mistakes are forgotten.
@@ -44,7 +46,8 @@ impl Default for DepthFilterConfig {
             lags: vec![1, 4, 12, 24],
             sigma_grey: None,
             initial_range_m: 1.0,
-            roughness_per_m_px: 1e-4,
+            farthest_m: 20.0,
+            roughness_per_m_rad: 0.034,
             memory: 0.995,
             start_frames: 30,
             brightness: Brightness::Measured,
@@ -74,7 +77,8 @@ impl DepthFilterConfig {
             positive("sigma_grey", sigma)?;
         }
         positive("initial_range_m", self.initial_range_m)?;
-        positive("roughness_per_m_px", self.roughness_per_m_px)?;
+        positive("farthest_m", self.farthest_m)?;
+        positive("roughness_per_m_rad", self.roughness_per_m_rad)?;
         if !(self.memory > 0.5 && self.memory <= 1.0) {
             return Err(Error::value("memory", "above 0.5, at most 1", self.memory));
         }

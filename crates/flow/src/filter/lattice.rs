@@ -71,8 +71,8 @@ impl Lattice {
         if self.wraps {
             let y = y.clamp(0.0, last_y);
             let x = x.rem_euclid(self.width as f32);
-            if !(x >= 0.0) {
-                return None; // NaN
+            if x.is_nan() {
+                return None;
             }
             let x0 = (x as usize).min(self.width - 1);
             let x1 = if x0 + 1 == self.width { 0 } else { x0 + 1 };
@@ -82,7 +82,8 @@ impl Lattice {
             return Some((four, x - x0 as f32, y - y0 as f32));
         }
         let last_x = (self.width - 1) as f32;
-        if !(x >= 0.0 && y >= 0.0 && x <= last_x && y <= last_y) {
+        let inside = x >= 0.0 && y >= 0.0 && x <= last_x && y <= last_y;
+        if !inside {
             return None;
         }
         let x0 = (x as usize).min(self.width - 2);

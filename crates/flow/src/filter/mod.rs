@@ -6,6 +6,7 @@
 //! information asks for.
 
 mod config;
+mod contest;
 mod gain;
 mod lattice;
 mod lens;
@@ -15,6 +16,7 @@ mod planes;
 mod predict;
 mod prepare;
 mod state;
+mod steps;
 mod update;
 
 pub use config::{Brightness, DepthFilterConfig};
@@ -22,18 +24,15 @@ pub use motion::VelocityNoise;
 
 use crate::error::{Error, same_size};
 use crate::{DepthReason, DepthStatus, Result};
-use gain::MeasureGain;
 use lattice::Lattice;
 use motion::Motion;
 use output::{Output, StdScale};
 use planes::Planes;
-use predict::{Predict, Step};
 use prepare::{Preparation, Prepared};
 use sphereflow_core::{Plane, Pose, Stamp, Twist};
 use sphereflow_sphere::Camera;
 use state::{Node, Past};
 use std::collections::VecDeque;
-use update::{Pair, Update};
 
 /// Dense range from the images of a camera whose motion is known.
 #[derive(Clone, Debug)]
@@ -48,6 +47,7 @@ pub struct DepthFilter {
     nodes: Vec<Node>,
     spare: Vec<Node>,
     nearest: Vec<f32>,
+    trust: Vec<f32>,
     /// The past, newest first.
     past: VecDeque<Past>,
     updates: usize,
@@ -64,11 +64,8 @@ pub struct DepthStep {
     pub fitting_share: f32,
 }
 
-/// An image with less of its pixels textured, or known, says nothing.
-const LEAST_SHARE: f32 = 0.02;
-
-/// Parallax below which a pair of images says nothing, pixels of the filter.
-const LEAST_PARALLAX_PX: f32 = 0.03;
+/// How often the same noise comes into the state.
+const NOISE_REPEATS: f32 = 2.0;
 
 /// Information of a pixel before anything is measured, as a share of 1/x^2.
 const INITIAL_SHARE: f32 = 0.5;
@@ -76,8 +73,8 @@ const INITIAL_SHARE: f32 = 0.5;
 /// From the state's variance to the errors seen on simulated rooms (`benches/experiments`); the floor is that
 /// of slopes by differences and of images read between pixels.
 const STD: StdScale = StdScale {
-    factor: 1.0,
-    floor: 5e-4,
+    factor: 2.0,
+    floor: 1e-3,
 };
 
 impl DepthFilter {
@@ -105,12 +102,17 @@ impl DepthFilter {
             .collect();
         Ok(Self {
             preparation: Preparation::new(lattice.width, lattice.height, config.binning),
-            planes: Planes::new(&lattice, config.roughness_per_m_px),
+            planes: Planes::new(
+                &lattice,
+                config.roughness_per_m_rad / f64::from(lattice.focal_px),
+                config.farthest_m,
+            ),
             output: Output::new(camera, config.binning),
             motion: Motion::default(),
             spare: nodes.clone(),
             nodes,
             nearest: vec![0.0; pixels],
+            trust: vec![1.0; pixels],
             past: VecDeque::new(),
             updates: 0,
             camera: camera.clone(),
@@ -223,157 +225,20 @@ impl DepthFilter {
         };
         if step.status == DepthStatus::Updated {
             self.update(&prepared, &mut step);
-            self.planes.smooth(&self.lattice, &mut self.nodes);
+            // Images are compared several times over: noise counts a few times what smoothing leaves.
+            let left = (prepared.sigma / prepared.sigma_raw).powi(2);
+            let pixel_noise = f64::from(NOISE_REPEATS * left).clamp(0.05, 0.5);
+            self.planes
+                .smooth(&self.lattice, &mut self.nodes, pixel_noise);
             self.updates += 1;
+        } else {
+            // What is not measured is less and less certain, as its information fades.
+            let growth = (1.0 / self.config.memory) as f32;
+            self.nodes.iter_mut().for_each(|node| node[3] *= growth);
         }
         let usable = !matches!(step.status, DepthStatus::Unusable(_));
         self.remember(prepared, surface, usable);
         step
-    }
-
-    /// The state at the new pose.
-    fn predict(&mut self) {
-        let Some(last) = self.past.front() else {
-            return;
-        };
-        let early = self.updates < self.config.start_frames;
-        let memory = if early { 0.9 } else { self.config.memory };
-        self.lattice.lens.clone().with(Predict {
-            lattice: &self.lattice,
-            step: relative(&self.motion.pose, &last.world_from_camera),
-            old: &self.nodes,
-            new: &mut self.spare,
-            nearest: &mut self.nearest,
-            memory: memory as f32,
-            occlusion: self.config.occlusion,
-        });
-        std::mem::swap(&mut self.nodes, &mut self.spare);
-    }
-
-    /// Whether image and motion can say anything.
-    fn verdict(&self, prepared: &Prepared) -> DepthStatus {
-        if prepared.known < LEAST_SHARE {
-            let share = f64::from(prepared.known);
-            return DepthStatus::Unusable(DepthReason::FewKnownPixels { share });
-        }
-        if prepared.textured < LEAST_SHARE {
-            let share = f64::from(prepared.textured);
-            return DepthStatus::Unusable(DepthReason::NoTexture { share });
-        }
-        if self.past.is_empty() {
-            return DepthStatus::Started;
-        }
-        let least_m = self.least_baseline_m();
-        let (mut baseline_m, mut turn, mut sees) = (0.0_f64, 0.0_f64, false);
-        for past in self.compared() {
-            let (distance, angle) = self.motion.pose.distance_and_angle(&past.world_from_camera);
-            baseline_m = baseline_m.max(distance);
-            turn = turn.max(angle);
-            sees |= distance > least_m;
-        }
-        match () {
-            () if sees => DepthStatus::Updated,
-            () if turn > 1e-4 => {
-                DepthStatus::Unobservable(DepthReason::PureRotation { baseline_m })
-            }
-            () => DepthStatus::Unobservable(DepthReason::NoMotion { baseline_m }),
-        }
-    }
-
-    /// Past frames at the lags that are there and usable.
-    fn compared(&self) -> impl Iterator<Item = &Past> {
-        let frames = self
-            .config
-            .lags
-            .iter()
-            .filter_map(|lag| self.past.get(lag - 1));
-        frames.filter(|past| !past.image.pixel.is_empty())
-    }
-
-    /// Baseline whose parallax in the middle of the image is just enough, metres.
-    fn least_baseline_m(&self) -> f64 {
-        let middle = self.lattice.height / 2 * self.lattice.width + self.lattice.width / 2;
-        let zeta = f64::from(self.nodes[middle][0]);
-        let zeta = if zeta > 0.0 { zeta } else { 1.0 / self.config.initial_range_m };
-        f64::from(LEAST_PARALLAX_PX) / (f64::from(self.lattice.focal_px) * zeta)
-    }
-
-    fn update(&mut self, prepared: &Prepared, step: &mut DepthStep) {
-        let least_m = self.least_baseline_m();
-        let mut nodes = std::mem::take(&mut self.nodes);
-        let (mut compared, mut fitting) = (0, 0);
-        for past in self.compared() {
-            let (distance, _) = self.motion.pose.distance_and_angle(&past.world_from_camera);
-            if distance <= least_m {
-                continue;
-            }
-            let flat = vec![1.0; self.lattice.height];
-            let mut pair = Pair {
-                lattice: &self.lattice,
-                step: relative(&self.motion.pose, &past.world_from_camera),
-                new: prepared,
-                past: &past.image,
-                surface: if self.config.occlusion {
-                    &past.surface
-                } else {
-                    &[]
-                },
-                gain: &flat,
-                drift: self.motion.drift.since(&past.drift),
-            };
-            let gain = (self.config.brightness == Brightness::Measured).then(|| {
-                let rows = self.updates >= self.config.start_frames;
-                let measure = MeasureGain {
-                    pair: &pair,
-                    nodes: &nodes,
-                    rows,
-                };
-                self.lattice.lens.with(measure)
-            });
-            if let Some(gain) = &gain {
-                pair.gain = gain;
-            }
-            let update = Update {
-                pair: &pair,
-                nodes: &mut nodes,
-            };
-            let (seen, fits) = self.lattice.lens.with(update);
-            (compared, fitting) = (compared + seen, fitting + fits);
-        }
-        self.nodes = nodes;
-        step.fitting_share = fitting as f32 / compared as f32;
-    }
-
-    /// The image and the surface it saw, for the frames to come. An unusable image leaves a gap.
-    fn remember(&mut self, mut image: Prepared, mut surface: Vec<f32>, usable: bool) {
-        /// Relative deviation up to which a surface may hide others.
-        const TRUSTED: f32 = 0.03;
-        surface.clear();
-        if self.config.occlusion {
-            let zeta = |n: &Node| {
-                let trusted = n[3] < (TRUSTED * n[0]).powi(2);
-                if trusted { n[0] } else { 0.0 }
-            };
-            surface.extend(self.nodes.iter().map(zeta));
-        }
-        if !usable {
-            image.pixel.clear();
-        }
-        self.past.push_front(Past {
-            image,
-            world_from_camera: self.motion.pose,
-            surface,
-            drift: self.motion.drift,
-        });
-    }
-}
-
-/// `old_from_new` of two poses in the world.
-fn relative(new: &Pose, old: &Pose) -> Step {
-    let old_from_new = old.inverse() * *new;
-    Step {
-        rotation: old_from_new.rotation.to_rotation_matrix().matrix().cast(),
-        translation: old_from_new.translation.cast(),
     }
 }
 

@@ -62,7 +62,14 @@ impl Output {
                         let (upper, lower) = (a + s * (b - a), c + s * (d - c));
                         upper + t * (lower - upper)
                     };
+                    // Extrapolation by a quarter of a pixel must not leave what is possible.
+                    let corner = nodes[top + left][0];
                     let (zeta, variance) = (read(0), read(3).max(0.0));
+                    let zeta = if zeta < 0.5 * corner {
+                        0.5 * corner
+                    } else {
+                        zeta
+                    };
                     let metres = length[x] / zeta;
                     let deviation = scale.of(variance, zeta);
                     let known = metres > 0.0 && metres.is_finite();

@@ -30,6 +30,9 @@ pub(super) struct Predict<'a> {
 /// Information left to a pixel that comes into view.
 const INFLOW: f32 = 0.01;
 
+/// Share of information left where a surface is stretched: part of it may be another, just uncovered.
+const STRETCHED: f32 = 0.25;
+
 /// Surfaces whose zeta differs by less than this share are one.
 const SAME_SURFACE: f32 = 0.08;
 
@@ -57,22 +60,73 @@ impl LensCall<()> for Predict<'_> {
                     *out = [f32::NAN, 0.0, 0.0, f32::NAN];
                     continue;
                 }
-                let seen = if occlusion { nearest[here] } else { 0.0 };
-                let guess = if seen > 0.0 {
-                    seen
-                } else {
-                    known(old[here][0])
-                };
-                let turned = step.rotation * ray;
-                *out = origin(lens, lattice, &step, &back, &turned, old, guess, memory);
-                if occlusion && seen == 0.0 {
-                    // Nothing known of the past moves here: it comes out from behind something.
-                    out[2] *= INFLOW;
-                    out[1] *= INFLOW;
+                let mut guess = known(old[here][0]);
+                let mut kept = memory;
+                if occlusion {
+                    match surface(lattice, nearest, x, y) {
+                        Seen::Again(zeta) => guess = zeta,
+                        Seen::Between(zeta) => {
+                            guess = zeta;
+                            kept *= STRETCHED;
+                        }
+                        Seen::First(zeta, weak) => {
+                            *out = fresh(if zeta > 0.0 { zeta } else { guess }, weak);
+                            continue;
+                        }
+                    }
                 }
+                let turned = step.rotation * ray;
+                *out = origin(lens, lattice, &step, &back, &turned, old, guess, kept);
             }
         });
     }
+}
+
+/// A pixel that has just come into view, with the zeta of its neighbours as a first guess. At the
+/// image's border (`weak`) the planes know better.
+pub(super) fn fresh(zeta: f32, weak: bool) -> Node {
+    /// Relative deviation of such a guess.
+    const DEVIATION: f32 = 0.25;
+    let variance = (DEVIATION * zeta).powi(2);
+    let information = if weak { INFLOW } else { 1.0 } / variance;
+    [zeta, 0.0, information, variance]
+}
+
+/// Whether anything of the old frame moved to a pixel.
+enum Seen {
+    Again(f32),
+    /// Its neighbours on both sides, but not itself.
+    Between(f32),
+    First(f32, bool),
+}
+
+/// How far the first sight of a pixel looks for neighbours, pixels.
+const LOOK: usize = 12;
+
+/// What moved to pixel `(x, y)`: itself, or a crack between two that did. What comes out from behind
+/// something is taken to lie as far as the farther of its neighbours in the row.
+fn surface(lattice: &Lattice, nearest: &[f32], x: usize, y: usize) -> Seen {
+    let (width, height) = (lattice.width, lattice.height);
+    let here = y * width + x;
+    if nearest[here] > 0.0 {
+        return Seen::Again(nearest[here]);
+    }
+    if x > 0 && x + 1 < width && nearest[here - 1] > 0.0 && nearest[here + 1] > 0.0 {
+        return Seen::Between(nearest[here - 1].min(nearest[here + 1]));
+    }
+    if y > 0 && y + 1 < height && nearest[here - width] > 0.0 && nearest[here + width] > 0.0 {
+        return Seen::Between(nearest[here - width].min(nearest[here + width]));
+    }
+    let row = &nearest[y * width..(y + 1) * width];
+    let left = row[x.saturating_sub(LOOK)..x]
+        .iter()
+        .rev()
+        .find(|z| **z > 0.0);
+    let right = row[x..(x + LOOK).min(width)].iter().find(|z| **z > 0.0);
+    let weak = left.is_none() || right.is_none();
+    let sides = [left, right].into_iter().flatten().copied();
+    let farther = sides.fold(f32::INFINITY, f32::min);
+    Seen::First(if farther.is_finite() { farther } else { 0.0 }, weak)
 }
 
 fn known(zeta: f32) -> f32 {
@@ -86,19 +140,16 @@ fn splat<L: Lens>(lens: &L, lattice: &Lattice, step: &Step, old: &[Node], neares
     for (ray, node) in lattice.ray.iter().zip(old) {
         let moved = back * (ray - step.translation * node[0]);
         let zeta = node[0] / lens.gauge(&moved);
-        if !(zeta > 0.0) {
+        let ahead = zeta > 0.0;
+        if !ahead {
             continue;
         }
         let Some((four, s, t)) = lattice.around(lens.project(&moved)) else {
             continue;
         };
-        // A pixel has a share in all it touches, but its far corner only where it is half there.
-        let shares = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
-        for (place, share) in four.into_iter().zip(shares) {
-            if share > 0.1 {
-                nearest[place] = nearest[place].max(zeta);
-            }
-        }
+        // To the nearest pixel only: a share in all four would widen what is near, frame by frame.
+        let place = four[usize::from(s > 0.5) + 2 * usize::from(t > 0.5)];
+        nearest[place] = nearest[place].max(zeta);
     }
 }
 
@@ -134,17 +185,16 @@ fn origin<L: Lens>(
         let gauge = lens.gauge(&there);
         node = mix(old, four, s, t);
         let seen = zeta / gauge;
-        if !((node[0] - seen).abs() < SAME_SURFACE * seen) && round > 0 {
+        let same = (node[0] - seen).abs() < SAME_SURFACE * seen;
+        if !same && round > 0 {
             // On an edge, the pixels of the other surface are left out.
             node = nearest_of(old, four, s, t, seen);
-        }
-        if !(node[0] > 0.0) {
-            return [guess, 0.0, 0.0, 1.0];
         }
         let own = there / gauge;
         let moved = back * (own - step.translation * node[0]);
         let size = lens.gauge(&moved);
-        if !(size > 0.0) {
+        let possible = node[0] > 0.0 && size > 0.0;
+        if !possible {
             return [guess, 0.0, 0.0, 1.0];
         }
         zeta = node[0] / size;
@@ -174,8 +224,8 @@ fn nearest_of(old: &[Node], four: [usize; 4], s: f32, t: f32, seen: f32) -> Node
     let (mut sum, mut total) = ([0.0_f32; 4], 0.0_f32);
     for (place, share) in four.into_iter().zip(shares) {
         if (old[place][0] - centre).abs() < SAME_SURFACE * centre {
-            for k in 0..4 {
-                sum[k] += share * old[place][k];
+            for (sum, value) in sum.iter_mut().zip(old[place]) {
+                *sum += share * value;
             }
             total += share;
         }

@@ -30,8 +30,8 @@ pub(super) struct Preparation {
     measured: Option<f32>,
 }
 
-/// No camera is better than its rounding to integers.
-const LEAST_SIGMA: f32 = 0.3;
+/// No image is read more exactly than this between its pixels, whatever the camera's noise.
+const LEAST_SIGMA: f32 = 1.0;
 
 /// Brightness from which a pixel counts as saturated, or up to which as black (of 256).
 const SATURATED: f32 = 255.0;

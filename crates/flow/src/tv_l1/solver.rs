@@ -102,11 +102,12 @@ impl Workspace {
                 &mut px.data_mut()[range.clone()],
                 &mut py.data_mut()[range.clone()],
             );
-            for x in 0..width - 1 {
-                let a = px[x] + STEP_DUAL * (row[x + 1] - row[x]);
-                let b = py[x] + STEP_DUAL * (next[x] - row[x]);
+            let right = row.iter().zip(&row[1..]).zip(next);
+            for ((px, py), ((own, right), below)) in px.iter_mut().zip(py.iter_mut()).zip(right) {
+                let a = *px + STEP_DUAL * (right - own);
+                let b = *py + STEP_DUAL * (below - own);
                 let scale = 1.0 / (a * a + b * b).sqrt().max(1.0);
-                (px[x], py[x]) = (a * scale, b * scale);
+                (*px, *py) = (a * scale, b * scale);
             }
             let last = width - 1;
             px[last] = 0.0;

@@ -4,8 +4,14 @@
 //! image. Moments of information in cells of 4x4 pixels are summed to coarser cells; from the coarsest
 //! down, each cell's plane is fitted with that of the coarser cells as prior. No iteration.
 
-use super::lattice::Lattice;
-use super::state::Node;
+mod fit;
+mod moments;
+
+use crate::filter::lattice::Lattice;
+use crate::filter::state::Node;
+
+use fit::Fit;
+use moments::{Moments, basis, cell_moments};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
@@ -14,36 +20,6 @@ pub(super) const CELL: usize = 4;
 
 /// Levels of cells, each twice as large.
 const LEVELS: usize = 5;
-
-/// Share of a pixel's nominal variance that the filtered noise has: what a fit's misfit is measured
-/// against. Smoothed images repeat their noise in neighbouring pixels and in time.
-const PIXEL_NOISE: f64 = 0.5;
-
-/// Moments of the information in a cell.
-#[derive(Clone, Copy, Debug)]
-struct Moments {
-    /// sum s b b'
-    matrix: Matrix3<f64>,
-    /// sum s b m
-    vector: Vector3<f64>,
-    /// sum s m^2
-    square: f64,
-    /// sum s
-    weight: f64,
-    /// Mean of b b' over the pixels, times their number: the shape of the cell.
-    shape: Matrix3<f64>,
-    pixels: f64,
-}
-
-/// The plane of a cell.
-#[derive(Clone, Copy, Debug)]
-struct Fit {
-    plane: Vector3<f64>,
-    /// Variance of the pixels' zeta about the plane, beyond what noise explains.
-    misfit: f64,
-    /// Variance of the plane's zeta in the middle of the cell.
-    variance: f64,
-}
 
 #[derive(Clone, Debug)]
 struct Level {
@@ -61,10 +37,12 @@ pub(super) struct Planes {
     bases: Vec<Matrix3<f64>>,
     wraps: bool,
     roughness: f64,
+    /// Least zeta.
+    least: f32,
 }
 
 impl Planes {
-    pub fn new(lattice: &Lattice, roughness: f64) -> Self {
+    pub fn new(lattice: &Lattice, roughness: f64, farthest_m: f64) -> Self {
         let (width, height) = (lattice.width.div_ceil(CELL), lattice.height.div_ceil(CELL));
         let mut levels = Vec::new();
         let (mut w, mut h) = (width, height);
@@ -88,11 +66,12 @@ impl Planes {
             bases,
             wraps: lattice.wraps,
             roughness,
+            least: (1.0 / farthest_m) as f32,
         }
     }
 
     /// Fits all planes to the nodes and moves the nodes' x to them; q follows, so that the mean stays.
-    pub fn smooth(&mut self, lattice: &Lattice, nodes: &mut [Node]) {
+    pub fn smooth(&mut self, lattice: &Lattice, nodes: &mut [Node], pixel_noise: f64) {
         self.collect(lattice, nodes);
         for level in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(level);
@@ -101,7 +80,13 @@ impl Planes {
         for level in (0..self.levels.len()).rev() {
             let (fine, coarse) = self.levels.split_at_mut(level + 1);
             let size = (CELL << level) as f64;
-            fine[level].fit(coarse.first(), self.wraps, size, self.roughness);
+            fine[level].fit(
+                coarse.first(),
+                self.wraps,
+                size,
+                self.roughness,
+                pixel_noise,
+            );
         }
         self.apply(lattice, nodes);
     }
@@ -162,7 +147,7 @@ impl Planes {
                         std::array::from_fn(|k| left[k] + s * (right[k] - left[k]));
                     let b = &lattice.ray[y * width + x];
                     let plane = cell[0] * b.x + cell[1] * b.y + cell[2] * b.z;
-                    blend(node, plane, cell[3] + rough, cell[4]);
+                    blend(node, plane, cell[3] + rough, cell[4], self.least);
                 }
             },
         );
@@ -171,15 +156,17 @@ impl Planes {
 
 /// The pixel's x: its plane and its own mean, each by its information.
 #[inline]
-fn blend(node: &mut Node, plane: f32, spread: f32, variance: f32) {
+fn blend(node: &mut Node, plane: f32, spread: f32, variance: f32, least: f32) {
     let [x, q, s, _] = *node;
-    if !(plane > 0.0) {
+    let seen = plane > least;
+    if !seen {
         return;
     }
     let own = s / (s + 1.0 / spread);
     let mean = if s > 0.0 { x + q / s } else { plane };
     let new = plane + own * (mean - plane);
-    if !(new > 0.0) {
+    let possible = new > least;
+    if !possible {
         return;
     }
     let rest = 1.0 - own;
@@ -211,135 +198,6 @@ fn between(i: usize, cells: usize, wraps: bool) -> (usize, usize, f32) {
     (low, high, place - low as f32)
 }
 
-/// b in the middle of a cell and its slopes by column and row, from the pixels around the middle.
-fn basis(lattice: &Lattice, column: usize, row: usize) -> Matrix3<f64> {
-    let (x0, y0) = (column * CELL, row * CELL);
-    let (x1, y1) = (
-        (x0 + CELL - 1).min(lattice.width - 1),
-        (y0 + CELL - 1).min(lattice.height - 1),
-    );
-    let at = |x: usize, y: usize| lattice.ray[y * lattice.width + x].cast::<f64>();
-    let (a, b, c, d) = (at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1));
-    let middle = (a + b + c + d) / 4.0;
-    let across = (b - a + d - c) / (2.0 * (x1 - x0).max(1) as f64);
-    let down = (c - a + d - b) / (2.0 * (y1 - y0).max(1) as f64);
-    Matrix3::from_columns(&[middle, across, down])
-}
-
-fn cell_moments(
-    lattice: &Lattice,
-    nodes: &[Node],
-    (column, row): (usize, usize),
-    base: &Matrix3<f64>,
-) -> Moments {
-    let (x0, y0) = (column * CELL, row * CELL);
-    let (x1, y1) = (
-        (x0 + CELL).min(lattice.width),
-        (y0 + CELL).min(lattice.height),
-    );
-    let (cx, cy) = (0.5 * (x0 + x1 - 1) as f32, 0.5 * (y0 + y1 - 1) as f32);
-    if !base.iter().all(|v| v.is_finite()) {
-        return Moments::NOTHING;
-    }
-    let reference = nodes[(y0 + y1) / 2 * lattice.width + (x0 + x1) / 2][0];
-    // s, s dx, s dy, s dx^2, s dx dy, s dy^2, s d, s d dx, s d dy, s d^2
-    let mut sum = [0.0_f32; 10];
-    for y in y0..y1 {
-        let dy = y as f32 - cy;
-        for (x, node) in nodes[y * lattice.width..][x0..x1].iter().enumerate() {
-            let dx = (x0 + x) as f32 - cx;
-            let [x, q, s, _] = *node;
-            let d = x - reference;
-            let sd = s * d + q;
-            // s m^2 = (s d + q)^2 / s
-            let square = if s > 0.0 { sd * sd / s } else { 0.0 };
-            let terms = [
-                s,
-                s * dx,
-                s * dy,
-                s * dx * dx,
-                s * dx * dy,
-                s * dy * dy,
-                sd,
-                sd * dx,
-                sd * dy,
-                square,
-            ];
-            for (sum, term) in sum.iter_mut().zip(terms) {
-                *sum += term;
-            }
-        }
-    }
-    let [s, sx, sy, sxx, sxy, syy, sd, sdx, sdy, square] = sum.map(f64::from);
-    let local = Matrix3::new(s, sx, sy, sx, sxx, sxy, sy, sxy, syy);
-    let moment = Vector3::new(s, sx, sy) * f64::from(reference) + Vector3::new(sd, sdx, sdy);
-    let (wide, high) = ((x1 - x0) as f64, (y1 - y0) as f64);
-    let shape = Vector3::new(1.0, (wide * wide - 1.0) / 12.0, (high * high - 1.0) / 12.0);
-    let reference = f64::from(reference);
-    Moments {
-        matrix: base * local * base.transpose(),
-        vector: base * moment,
-        square: square + reference * (2.0 * sd + reference * s),
-        weight: s,
-        shape: base * Matrix3::from_diagonal(&shape) * base.transpose() * (wide * high),
-        pixels: wide * high,
-    }
-}
-
-impl Moments {
-    const NOTHING: Self = Self {
-        matrix: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        vector: Vector3::new(0.0, 0.0, 0.0),
-        square: 0.0,
-        weight: 0.0,
-        shape: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        pixels: 0.0,
-    };
-
-    fn add(&mut self, other: &Self) {
-        self.matrix += other.matrix;
-        self.vector += other.vector;
-        self.square += other.square;
-        self.weight += other.weight;
-        self.shape += other.shape;
-        self.pixels += other.pixels;
-    }
-}
-
-impl Fit {
-    const UNKNOWN: Self = Self {
-        plane: Vector3::new(0.0, 0.0, 0.0),
-        misfit: 1.0,
-        variance: 1.0,
-    };
-
-    /// The plane that fits the moments with a prior plane of variance `spread` in the cell.
-    fn new(moments: &Moments, prior: &Vector3<f64>, spread: f64) -> Option<Self> {
-        if moments.pixels == 0.0 {
-            return None;
-        }
-        let shape = moments.shape / moments.pixels;
-        // The prior counts as one measurement of each of the plane's three numbers.
-        let hold = shape / spread;
-        let matrix = moments.matrix + hold;
-        let inverse = matrix.try_inverse()?;
-        let plane = inverse * (moments.vector + hold * prior);
-        let residual = moments.square - 2.0 * plane.dot(&moments.vector)
-            + plane.dot(&(moments.matrix * plane));
-        let misfit = if moments.weight > 0.0 {
-            ((residual - PIXEL_NOISE * moments.pixels) / moments.weight).max(0.0)
-        } else {
-            spread
-        };
-        let variance = (inverse * shape).trace() / 3.0;
-        plane.iter().all(|v| v.is_finite()).then_some(Self {
-            plane,
-            misfit,
-            variance: variance.max(0.0),
-        })
-    }
-}
-
 impl Level {
     fn sum(&mut self, fine: &Self) {
         self.moments.fill(Moments::NOTHING);
@@ -349,7 +207,7 @@ impl Level {
         }
     }
 
-    fn fit(&mut self, coarse: Option<&Self>, wraps: bool, size: f64, roughness: f64) {
+    fn fit(&mut self, coarse: Option<&Self>, wraps: bool, size: f64, roughness: f64, noise: f64) {
         let width = self.width;
         let moments = &self.moments;
         self.fits
@@ -365,7 +223,7 @@ impl Level {
                     // The coarser cell is twice as large as this one.
                     let spread = misfit + (2.0 * roughness * size).powi(2);
                     let unknown = Self::carried(&prior, spread);
-                    *fit = Fit::new(own, &prior, spread).unwrap_or(unknown);
+                    *fit = Fit::new(own, &prior, spread, noise).unwrap_or(unknown);
                 }
             });
     }
