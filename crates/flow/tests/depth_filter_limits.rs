@@ -1,5 +1,7 @@
 //! What the depth filter cannot see, and what it is not to be given.
 
+#![allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
+
 mod scene;
 
 use scene::Sequence;

@@ -1,5 +1,7 @@
 //! The observers of Chapter 3: their theorems on exact inputs, and the sequence of Chapter 4.
 
+#![allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
+
 mod scene;
 
 use nalgebra::Vector3;

@@ -1,5 +1,7 @@
 //! Depth by the variational methods of Chapter 2 on the room of section 4.1.1.
 
+#![allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
+
 mod scene;
 
 use scene::{Sequence, error_percent};

@@ -190,7 +190,7 @@ impl Level {
 fn parents((x, y): (usize, usize), (width, height): (usize, usize), mut f: impl FnMut(usize, f64)) {
     let near = |i: usize, size: usize| {
         let own = (i / 2).min(size - 1);
-        let other = if i % 2 == 0 {
+        let other = if i.is_multiple_of(2) {
             own.saturating_sub(1)
         } else {
             (own + 1).min(size - 1)

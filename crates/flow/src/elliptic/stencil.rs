@@ -112,7 +112,7 @@ impl Stencil {
             if *a == 0.0 {
                 continue;
             }
-            let right = if (i + 1) % width == 0 {
+            let right = if (i + 1).is_multiple_of(width) {
                 i + 1 - width
             } else {
                 i + 1

@@ -64,6 +64,9 @@ pub struct DepthStep {
     pub fitting_share: f32,
 }
 
+/// Pixels' misfit that says nothing of curvature where impulses are left in the images, likewise.
+const WITH_IMPULSES: f64 = 1.0;
+
 /// How often the same noise comes into the state.
 const NOISE_REPEATS: f32 = 2.0;
 
@@ -227,7 +230,12 @@ impl DepthFilter {
             self.update(&prepared, &mut step);
             // Images are compared several times over: noise counts a few times what smoothing leaves.
             let left = (prepared.sigma / prepared.sigma_raw).powi(2);
-            let pixel_noise = f64::from(NOISE_REPEATS * left).clamp(0.05, 0.5);
+            let normal = f64::from(NOISE_REPEATS * left).clamp(0.05, 0.5);
+            let pixel_noise = if prepared.impulses {
+                WITH_IMPULSES
+            } else {
+                normal
+            };
             self.planes
                 .smooth(&self.lattice, &mut self.nodes, pixel_noise);
             self.updates += 1;

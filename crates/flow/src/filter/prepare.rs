@@ -14,6 +14,8 @@ pub(super) struct Prepared {
     pub sigma_raw: f32,
     /// The same after smoothing.
     pub sigma: f32,
+    /// Whether impulses were found: those that stay are far from normal noise.
+    pub impulses: bool,
     /// Share of known pixels.
     pub known: f32,
     /// Share of pixels with a slope that is more than noise.
@@ -59,6 +61,7 @@ impl Preparation {
         let impulses = has_impulses(image, sigma);
         let cleaned = impulses.then(|| without_impulses(image, sigma));
         self.bin(cleaned.as_ref().unwrap_or(image));
+        out.impulses = impulses;
         out.known = self.fill_unknown();
         // Little noise wants little smoothing; ten grey levels and more about a pixel.
         let raw = (sigma / self.binning as f32).max(LEAST_SIGMA / self.binning as f32);
@@ -179,6 +182,7 @@ impl Prepared {
             pixel: Vec::new(),
             sigma_raw: 1.0,
             sigma: 1.0,
+            impulses: false,
             known: 0.0,
             textured: 0.0,
         }
