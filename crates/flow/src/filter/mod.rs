@@ -65,7 +65,7 @@ pub struct DepthStep {
 }
 
 /// Pixels' misfit that says nothing of curvature where impulses are left in the images, likewise.
-const WITH_IMPULSES: f64 = 1.0;
+const WITH_IMPULSES: f64 = 0.5;
 
 /// How often the same noise comes into the state.
 const NOISE_REPEATS: f32 = 2.0;
