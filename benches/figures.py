@@ -18,7 +18,9 @@ from pathlib import Path
 import numpy as np
 import sphereflow as sf
 
-RECORDINGS = ["tum-fr1-rpy-a", "sevenscenes-kitchen-a"]
+TUM, KITCHEN = "tum-fr1-rpy-a", "sevenscenes-kitchen-a"
+TUM_READOUT_S = "0.03"
+COMMAND = Path(sys.executable).parent / "sphereflow"
 SIM_FRAMES = 150
 
 
@@ -68,61 +70,99 @@ def scale_and_rest(truth: sf.Trajectory, estimate: sf.Trajectory) -> tuple[float
     return fitted.scale, float(rest)
 
 
+HEADS = [
+    "`sphereflow run`",
+    "frames",
+    "lost",
+    "coverage",
+    "ATE odometry m",
+    "ATE m",
+    "at rest m",
+    "scale",
+    "RPE 1 s m",
+    "RPE 1 s deg",
+    "keyframes, edges",
+    "odometry ms",
+    "comparing s",
+    "frames/s",
+    "peak MiB",
+]
+
+
+def row(cells: list[str]) -> str:
+    """A line of a table."""
+    return "| " + " | ".join(cells) + " |"
+
+
 def run_row(name: str, command: list[str], true_path: sf.Trajectory) -> str:
     """One run of the command line, read from the files that it writes."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "result"
         subprocess.run(
-            [Path(sys.executable).parent / "sphereflow", *command, "--out", out, "--no-pictures"],
+            [COMMAND, *command, "--out", out, "--no-pictures"],
             check=True,
             stdout=subprocess.DEVNULL,
         )
         report = json.loads((out / "report.json").read_text())
         scale, rest = scale_and_rest(true_path, sf.Trajectory.read(out / "trajectory.tum"))
-    truth, odometry = report["truth"], report["odometry_ms_per_frame"]
-    outcomes = report["outcomes"]
-    cells = [
-        name,
-        str(report["frames"]),
-        str(outcomes["lost"]["frames"]),
-        f"{100 * report['coverage']:.1f} %",
-        f"{truth['ape']['statistics']['rmse']:.4f}",
-        f"{rest:.3f}",
-        f"{scale:.3f}",
-        f"{truth['rpe_1s_translation']['statistics']['rmse']:.4f}",
-        f"{truth['rpe_1s_rotation']['statistics']['rmse']:.2f}",
-        f"{sum(odometry.values()):.1f}",
-        f"{report['frames_per_s']:.0f}",
-        f"{report['peak_memory_bytes'] / 2**20:.0f}",
-    ]
-    return "| " + " | ".join(cells) + " |"
+    error = {key: value["statistics"]["rmse"] for key, value in report["truth"].items()}
+    graph = report["pose_graph"]
+    return row(
+        [
+            name,
+            str(report["frames"]),
+            str(report["outcomes"]["lost"]["frames"]),
+            f"{100 * report['coverage']:.1f} %",
+            f"{error['odometry_ape']:.4f}",
+            f"{error['ape']:.4f}",
+            f"{rest:.3f}",
+            f"{scale:.3f}",
+            f"{error['odometry_rpe_1s_translation']:.4f}, {error['rpe_1s_translation']:.4f}",
+            f"{error['odometry_rpe_1s_rotation']:.2f}, {error['rpe_1s_rotation']:.2f}",
+            f"{graph['keyframes']}, {graph['edges']}",
+            f"{sum(report['odometry_ms_per_frame'].values()):.1f}",
+            f"{report['seconds']['compare']:.1f}",
+            f"{report['frames_per_s']:.0f}",
+            f"{report['peak_memory_bytes'] / 2**20:.0f}",
+        ]
+    )
+
+
+def calibrated(data: Path, out: Path) -> float:
+    """Writes the calibration that the recording's own motion gives; seconds it took."""
+    start = time.perf_counter()
+    subprocess.run(
+        [COMMAND, "calib", "depth", data, "--out", out], check=True, stdout=subprocess.DEVNULL
+    )
+    return time.perf_counter() - start
+
+
+def truth_of(folder: Path) -> sf.Trajectory:
+    """The true motion of a recording."""
+    truth = sf.io.open_recording(folder).truth
+    assert truth is not None, f"{folder} has no truth"
+    return truth
 
 
 def run_rows() -> list[str]:
-    """The main job, on the simulated room and on the recordings there are."""
-    heads = [
-        "`sphereflow run`",
-        "frames",
-        "lost",
-        "coverage",
-        "ATE rmse m",
-        "at rest m",
-        "scale",
-        "RPE 1 s m",
-        "RPE 1 s deg",
-        "odometry ms",
-        "frames/s",
-        "peak MiB",
-    ]
-    rows = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
+    """The main job, on the simulated room and on the recordings there are, in every mode."""
+    rows = [row(HEADS), row(["---"] * len(HEADS))]
     drawn = "demo room, seed 0 (frames/s includes drawing it)"
     rows.append(run_row(drawn, ["demo"], sf.sim.demo(seed=0).truth))
     data = os.environ.get("SPHEREFLOW_DATA")
-    for name in RECORDINGS if data else []:
-        folder = Path(data or "") / name
-        truth = sf.io.open_recording(folder).truth
-        assert truth is not None, f"{name} has no truth"
-        rows.append(run_row(name, ["run", str(folder)], truth))
+    if not data:
+        return rows
+    tum, kitchen = Path(data) / TUM, Path(data) / KITCHEN
+    truth = truth_of(tum)
+    rows.append(run_row(f"{TUM}, as it is", ["run", str(tum)], truth))
+    readout = ["run", str(tum), "--readout", TUM_READOUT_S]
+    rows.append(run_row(f"{TUM}, `--readout {TUM_READOUT_S}`", readout, truth))
+    with tempfile.TemporaryDirectory() as folder:
+        camera = Path(folder) / "camera.toml"
+        seconds = calibrated(tum, camera)
+        name = f"{TUM}, `--calibration` made of it by `calib depth` in {seconds:.0f} s"
+        rows.append(run_row(name, ["run", str(tum), "--calibration", str(camera)], truth))
+    rows.append(run_row(f"{KITCHEN}, as it is", ["run", str(kitchen)], truth_of(kitchen)))
     return rows
 
 

@@ -3,7 +3,9 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Vector2, Vector3};
 use sphereflow_core::{DepthMap, Plane, Pose, Stamp, Twist};
-use sphereflow_odometry::{Config, DepthOdometry, VelocityEstimator, pose_from_twist};
+use sphereflow_odometry::{
+    Config, DepthOdometry, Method, OdometryConfig, VelocityEstimator, pose_from_twist,
+};
 use sphereflow_slam::VoxelCloud;
 use sphereflow_sphere::Camera;
 use std::hint::black_box;
@@ -44,28 +46,29 @@ fn view(camera: &Camera, time_s: f64) -> DepthMap {
 fn velocity(c: &mut Criterion) {
     let camera = camera();
     let (a, b) = (view(&camera, 0.0), view(&camera, DT_S));
-    for warps in [0, 2] {
-        let config = Config {
-            warps,
-            ..Config::default()
+    for (name, method) in [("single", Method::Single), ("pyramid", Method::Pyramid)] {
+        let mut estimator =
+            VelocityEstimator::new(&camera, Config::of(method)).expect("valid settings");
+        c.bench_function(&format!("estimate_velocity 640x480, {name}"), |bench| {
+            bench.iter(|| estimator.estimate(black_box(&a), black_box(&b), DT_S))
+        });
+    }
+    for (name, readout_s) in [("global shutter", 0.0), ("rolling shutter", 0.03)] {
+        let config = OdometryConfig {
+            readout_s,
+            ..OdometryConfig::default()
         };
-        let mut estimator = VelocityEstimator::new(&camera, config).expect("valid settings");
-        c.bench_function(
-            &format!("estimate_velocity 640x480, {warps} warps"),
-            |bench| bench.iter(|| estimator.estimate(black_box(&a), black_box(&b), DT_S)),
-        );
+        let views: Vec<DepthMap> = (0..8).map(|i| view(&camera, 0.01 * f64::from(i))).collect();
         let mut odometry = DepthOdometry::new(&camera, config).expect("valid settings");
-        let mut frame = 0;
-        c.bench_function(
-            &format!("DepthOdometry::push 640x480, {warps} warps"),
-            |bench| {
-                bench.iter(|| {
-                    frame += 1;
-                    let depth = if frame % 2 == 0 { &a } else { &b };
-                    odometry.push(black_box(depth), Stamp::from_ns(frame * 33_333_333))
-                })
-            },
-        );
+        let mut frame = 0_i64;
+        c.bench_function(&format!("DepthOdometry::push 640x480, {name}"), |bench| {
+            bench.iter(|| {
+                frame += 1;
+                // to and fro, so that no two images in a row are the same
+                let place = (frame % 14 - 7).unsigned_abs() as usize;
+                odometry.push(black_box(&views[place]), Stamp::from_ns(frame * 33_333_333))
+            })
+        });
     }
 }
 
@@ -76,10 +79,9 @@ fn domains(c: &mut Criterion) {
     let (a, b) = (view(&camera, 0.0), view(&camera, DT_S));
     for domains in [40, 100, 200, 500, 1000] {
         let config = Config {
-            warps: 0,
             domains,
             min_domains: 20,
-            ..Config::default()
+            ..Config::of(Method::Single)
         };
         let mut estimator = VelocityEstimator::new(&camera, config).expect("valid settings");
         c.bench_function(&format!("Table 6.1, {domains} domains"), |bench| {

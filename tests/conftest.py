@@ -3,6 +3,7 @@
 import os
 import sys
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
@@ -29,7 +30,7 @@ def known_answers(monkeypatch: pytest.MonkeyPatch):
     import sphereflow.slam
 
     class Odometry(fakes.FakeOdometry):
-        pass
+        made: ClassVar[list[fakes.FakeOdometry]] = []
 
     monkeypatch.setattr(sphereflow.odometry, "DepthOdometry", Odometry)
     monkeypatch.setattr(sphereflow.slam, "VoxelCloud", fakes.FakeCloud)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import sphereflow
@@ -52,6 +53,8 @@ class FakeRecording:
     calibration_source: str = "made up for a test"
     warnings: list[str] = field(default_factory=list)
     has_truth: bool = True
+    readout_s: float | None = None
+    depth_corrected: bool = False
     camera: SimpleNamespace = field(
         default_factory=lambda: SimpleNamespace(
             width=COLUMNS,
@@ -107,28 +110,68 @@ class FakeFrames:
 
 
 class FakeOdometry:
-    """Returns the true motion; frames listed in ``lost`` are lost."""
+    """Returns the true motion plus ``drift_m`` a frame, which ``optimise`` takes away.
+
+    Frames listed in ``lost`` are lost; every tenth frame is a keyframe.
+    """
 
     lost: tuple[int, ...] = ()
+    drift_m: float = 0.0
+    converged: bool = True
+    made: ClassVar[list[FakeOdometry]] = []
 
-    def __init__(self, camera, *, along="axis") -> None:
-        self.camera = camera
+    def __init__(self, camera, *, along="axis", readout_s=0.0, depth_corrected=False) -> None:
+        self.camera, self.readout_s, self.depth_corrected = camera, readout_s, depth_corrected
+        self.posed: list[int] = []
+        self.optimised = False
+        self.made.append(self)
+
+    @property
+    def keyframe_count(self) -> int:
+        return (len(self.posed) + 9) // 10
 
     def push(self, depth_m, stamp_ns):
         index = round((stamp_ns - FIRST_NS) / STEP_NS)
         lost = index in self.lost or depth_m is None
         status = "lost" if lost else "started" if index == 0 else "tracked"
+        if not lost:
+            self.posed.append(index)
         return SimpleNamespace(
             status=status,
             reason=_reason(index, depth_m) if lost else None,
             has_pose=not lost,
-            world_from_camera=np.linalg.inv(true_pose(0)) @ true_pose(index),
+            world_from_camera=self._pose(index, self.drift_m),
             linear_m_s=np.array([0.1, 0.0, 1.2]),
             angular_rad_s=np.array([0.0, 0.6, 0.0]),
             covariance=np.eye(6) * 1e-6,
             score=0.4,
             timings_ms={"pyramid": 0.5, "solve": 1.5},
         )
+
+    def optimise(self, progress=None):
+        self.optimised = True
+        if progress is not None:
+            progress(self.keyframe_count, self.keyframe_count)
+        return SimpleNamespace(
+            keyframes=self.keyframe_count,
+            edges=2 * self.keyframe_count,
+            rejected=1,
+            failed=0,
+            converged=self.converged,
+            largest_change_m=self.drift_m * max(self.posed, default=0),
+        )
+
+    def trajectory(self) -> sphereflow.Trajectory:
+        poses = [self._pose(index, 0.0 if self.optimised else self.drift_m) for index in self.posed]
+        position = np.array([pose[:3, 3] for pose in poses])
+        half = 0.01 * np.array(self.posed)
+        quats = np.stack([0 * half, np.sin(half), 0 * half, np.cos(half)], axis=1)
+        return sphereflow.Trajectory(stamps(max(self.posed) + 1)[self.posed], position, quats)
+
+    def _pose(self, index: int, drift_m: float) -> np.ndarray:
+        pose = np.linalg.inv(true_pose(0)) @ true_pose(index)
+        pose[1, 3] += drift_m * index
+        return pose
 
 
 def _reason(index, depth_m):

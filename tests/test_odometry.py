@@ -15,7 +15,7 @@ def test_estimate_velocity_on_exact_depth_finds_the_motion() -> None:
     """Thesis: section 6.2. Both velocities, in the body frame of the first image."""
     first, second = simulated("room_tour", duration_s=0.1).frames(0, 2)
     estimate = sf.odometry.estimate_velocity(
-        CAMERA, first.depth_m, second.depth_m, (second.stamp_ns - first.stamp_ns) * 1e-9, warps=2
+        CAMERA, first.depth_m, second.depth_m, (second.stamp_ns - first.stamp_ns) * 1e-9
     )
     assert estimate.status == "tracked"
     # The true twist of the pair lies between those at its ends.
@@ -84,7 +84,7 @@ def test_odometry_of_360_degrees_takes_ranges() -> None:
         depth_noise="none",
         duration_s=0.5,
     )
-    odometry = sf.odometry.DepthOdometry(camera, along="ray", warps=2)
+    odometry = sf.odometry.DepthOdometry(camera, along="ray")
     frames = list(room.frames())
     results = [odometry.push(frame.exact_range_m, frame.stamp_ns) for frame in frames]
     assert [result.status for result in results[1:]] == ["tracked"] * (len(frames) - 1)
@@ -103,3 +103,29 @@ def test_cloud_keeps_one_point_a_voxel() -> None:
     np.testing.assert_allclose(xyz[:, 2], 2.0, atol=1e-6)
     with pytest.raises(sf.ValueRangeError, match="voxel_m"):
         sf.slam.VoxelCloud(0.0)
+
+
+def test_range_flow_on_exact_depth_finds_the_motion() -> None:
+    first, second = simulated("room_tour", duration_s=0.1).frames(0, 2)
+    dt_s = (second.stamp_ns - first.stamp_ns) * 1e-9
+    flow = sf.odometry.RangeFlow(CAMERA)
+    assert flow.levels == [16, 8, 4]
+    estimate = flow.estimate(first.depth_m, second.depth_m, dt_s)
+    assert estimate.status == "tracked"
+    v = 0.5 * (first.linear_m_s + second.linear_m_s)
+    w = 0.5 * (first.angular_rad_s + second.angular_rad_s)
+    assert np.linalg.norm(estimate.linear_m_s - v) < 0.01
+    assert np.linalg.norm(estimate.angular_rad_s - w) < 0.01
+
+
+def test_range_flow_bad_input_is_named() -> None:
+    wall = np.ones((240, 320), np.float32)
+    with pytest.raises(sf.ValueRangeError, match=r"levels.*coarse to fine"):
+        sf.odometry.RangeFlow(CAMERA, levels=[4, 16])
+    flow = sf.odometry.RangeFlow(CAMERA)
+    with pytest.raises(sf.ValueRangeError, match="dt_s"):
+        flow.estimate(wall, wall, 0.0)
+    with pytest.raises(sf.ShapeError, match="depth1_m"):
+        flow.estimate(wall, wall[:5], 0.03)
+    with pytest.raises(sf.ShapeError, match="guess"):
+        flow.estimate(wall, wall, 0.03, guess=np.eye(3))

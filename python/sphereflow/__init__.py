@@ -18,7 +18,21 @@ z forward; see CONVENTIONS.md.
 
 from typing import TYPE_CHECKING, Any
 
-from sphereflow import depth, errors, eval, flow, io, odometry, sim, slam, sphere
+from sphereflow import (
+    attitude,
+    depth,
+    errors,
+    eval,
+    flow,
+    io,
+    navigation,
+    observers,
+    odometry,
+    sim,
+    slam,
+    solver,
+    sphere,
+)
 from sphereflow._native import Camera, SphereGrid, Trajectory, __version__, associate
 from sphereflow.errors import (
     DataError,
@@ -50,15 +64,19 @@ __all__ = [
     "ValueRangeError",
     "__version__",
     "associate",
+    "attitude",
     "depth",
     "errors",
     "eval",
     "flow",
     "io",
+    "navigation",
+    "observers",
     "odometry",
     "run",
     "sim",
     "slam",
+    "solver",
     "sphere",
 ]
 

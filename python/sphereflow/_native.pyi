@@ -10,6 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 __all__ = [
+    "AttitudeFilter",
+    "AttitudeRun",
+    "AttitudeState",
+    "BundleProblem",
     "Camera",
     "DepthFilter",
     "DepthObserver",
@@ -18,21 +22,39 @@ __all__ = [
     "FlowObserver",
     "Frame",
     "FrameIterator",
+    "ImuBiasEstimator",
+    "ImuBiasState",
+    "Information",
+    "NavigationFilter",
+    "NavigationState",
     "OdometryResult",
+    "OptimiseReport",
+    "PoseGraph",
+    "RangeFlow",
     "Recording",
     "RecordingWriter",
+    "SelfCalibration",
+    "SelfCalibrator",
     "SimulatedFrame",
     "SimulatedFrames",
     "Simulator",
+    "SolverResult",
     "SphereGrid",
     "Trajectory",
     "VariationalDepth",
+    "VelocityBiasEstimator",
+    "VelocityBiasState",
     "VelocityEstimate",
+    "VisualAttitude",
     "VoxelCloud",
     "__version__",
     "associate",
+    "calibrate_camera_imu",
+    "calibrate_imu_still",
+    "calibrate_mag_ellipsoid",
     "estimate_velocity",
     "horn_schunck",
+    "information",
     "open_recording",
     "rof_denoise",
     "sobolev_depth",
@@ -43,9 +65,90 @@ __all__ = [
 _Floats = NDArray[np.float64]
 _Status = Literal["started", "tracked", "weak", "lost", "skipped"]
 _Along = Literal["axis", "ray"]
+_Method = Literal["pyramid", "single"]
+_Loss = Literal["quadratic", "huber", "cauchy", "tukey"]
 _Path = str | PathLike[str]
 _DepthStatus = Literal["started", "updated", "unobservable", "unusable", "skipped"]
 _TrajectoryFormat = Literal["tum", "kitti", "euroc"]
+
+_ObserverStatus = Literal["starting", "ok", "weak", "skipped"]
+
+@final
+class AttitudeState:
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def status(self) -> _ObserverStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def at_rest(self) -> bool: ...
+    @property
+    def mag_disturbed(self) -> bool: ...
+
+@final
+class AttitudeRun:
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def status(self) -> list[_ObserverStatus]: ...
+    @property
+    def reason(self) -> list[str | None]: ...
+    @property
+    def at_rest(self) -> NDArray[np.bool_]: ...
+    @property
+    def mag_disturbed(self) -> NDArray[np.bool_]: ...
+    def __len__(self) -> int: ...
+
+@final
+class AttitudeFilter:
+    def __new__(
+        cls,
+        method: Literal["inertial", "invariant"] = "inertial",
+        *,
+        world: Literal["enu", "rdf"] = "enu",
+        tau_accel_s: float = 3.0,
+        tau_mag_s: float = 9.0,
+        motion_bias: bool = True,
+        rest_bias: bool = True,
+        reject_disturbance: bool = True,
+        gyro_limit_rad_s: float | None = None,
+        max_gap_s: float = 0.5,
+    ) -> AttitudeFilter: ...
+    def step(
+        self,
+        gyro_rad_s: ArrayLike,
+        accel_m_s2: ArrayLike,
+        mag_ut: ArrayLike | None = None,
+        *,
+        dt_s: float,
+    ) -> AttitudeState: ...
+    def run(
+        self,
+        gyro_rad_s: ArrayLike,
+        accel_m_s2: ArrayLike,
+        mag_ut: ArrayLike | None,
+        stamp_ns: ArrayLike,
+    ) -> AttitudeRun: ...
+    @property
+    def state(self) -> AttitudeState: ...
+
+@final
+class VisualAttitude:
+    def __new__(cls, gain_per_s: float = 2.0) -> VisualAttitude: ...
+    def step(
+        self,
+        gyro_rad_s: ArrayLike,
+        visual_quat_xyzw: ArrayLike | None = None,
+        *,
+        dt_s: float,
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    @property
+    def quat_xyzw(self) -> _Floats | None: ...
 
 @final
 class Camera:
@@ -205,6 +308,12 @@ class VelocityEstimate:
     @property
     def known_share(self) -> float: ...
     @property
+    def overlap(self) -> float: ...
+    @property
+    def flow_px(self) -> float: ...
+    @property
+    def rejected_share(self) -> float: ...
+    @property
     def domains(self) -> int: ...
     @property
     def residual_scale(self) -> float: ...
@@ -215,14 +324,64 @@ def estimate_velocity(
     depth1_m: ArrayLike,
     dt_s: float,
     *,
-    method: Literal["single"] = "single",
+    method: Literal["pyramid", "single", "thesis"] = "pyramid",
     along: _Along = "axis",
-    warps: int | None = None,
     domains: int | None = None,
+    gyro_rad_s: ArrayLike | None = None,
+    gyro_std_rad_s: float = 3e-3,
+    prior_m_s: ArrayLike | None = None,
+    prior_std_m_s: float = 0.1,
+    image0: ArrayLike | None = None,
+    image1: ArrayLike | None = None,
+    brightness_weight: float | None = None,
+    max_std_m: float | None = None,
+    noise: Literal["disparity", "time_of_flight"] = "disparity",
 ) -> VelocityEstimate: ...
 
 @final
+class OptimiseReport:
+    @property
+    def keyframes(self) -> int: ...
+    @property
+    def edges(self) -> int: ...
+    @property
+    def rejected(self) -> int: ...
+    @property
+    def failed(self) -> int: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def largest_change_m(self) -> float: ...
+
+@final
+class Information:
+    @property
+    def matrix(self) -> _Floats: ...
+    @property
+    def mean_range_m(self) -> float: ...
+    @property
+    def eigenvalues(self) -> _Floats: ...
+    @property
+    def directions(self) -> _Floats: ...
+    @property
+    def score(self) -> float: ...
+    @property
+    def domains(self) -> int: ...
+    def unseen(self, limit: float = 0.01) -> _Floats: ...
+    def unseen_names(self, limit: float = 0.01) -> list[str]: ...
+
+def information(camera: Camera, depth_m: ArrayLike, *, along: _Along = "axis") -> Information: ...
+
+@final
 class OdometryResult:
+    @property
+    def keyframe(self) -> int | None: ...
+    @property
+    def keyframe_from_camera(self) -> _Floats | None: ...
+    @property
+    def keyframe_covariance(self) -> _Floats | None: ...
+    @property
+    def rejected_share(self) -> float: ...
     @property
     def stamp_ns(self) -> int: ...
     @property
@@ -256,14 +415,99 @@ class DepthOdometry:
         cls,
         camera: Camera,
         *,
-        method: Literal["single"] = "single",
+        method: _Method = "pyramid",
         along: _Along = "axis",
-        warps: int | None = None,
         domains: int | None = None,
+        max_std_m: float | None = None,
+        keyframes: bool = True,
+        readout_s: float = 0.0,
+        depth_corrected: bool = False,
+        noise: Literal["disparity", "time_of_flight"] = "disparity",
     ) -> DepthOdometry: ...
     @property
     def camera(self) -> Camera: ...
-    def push(self, depth_m: ArrayLike | None, stamp_ns: int) -> OdometryResult: ...
+    @property
+    def keyframe_count(self) -> int: ...
+    def push(
+        self,
+        depth_m: ArrayLike | None,
+        stamp_ns: int,
+        *,
+        gyro_rad_s: ArrayLike | None = None,
+        gyro_std_rad_s: float = 3e-3,
+    ) -> OdometryResult: ...
+    def optimise(self, progress: Callable[[int, int], object] | None = None) -> OptimiseReport: ...
+    def trajectory(self) -> Trajectory: ...
+
+@final
+class RangeFlow:
+    def __new__(
+        cls, camera: Camera, *, levels: Sequence[int] = (16, 8, 4), along: _Along = "axis"
+    ) -> RangeFlow: ...
+    @property
+    def camera(self) -> Camera: ...
+    @property
+    def levels(self) -> list[int]: ...
+    def estimate(
+        self,
+        depth0_m: ArrayLike,
+        depth1_m: ArrayLike,
+        dt_s: float,
+        *,
+        guess: ArrayLike | None = None,
+    ) -> VelocityEstimate: ...
+
+@final
+class SelfCalibration:
+    @property
+    def status(self) -> Literal["calibrated", "not observable", "no improvement"]: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def camera(self) -> Camera: ...
+    @property
+    def depth_correction(self) -> dict[str, dict[str, float]]: ...
+    @property
+    def readout_s(self) -> float: ...
+    @property
+    def parameters(self) -> list[dict[str, Any]]: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def held(self) -> list[dict[str, Any]]: ...
+    @property
+    def residual_before(self) -> float: ...
+    @property
+    def residual_after(self) -> float: ...
+    @property
+    def inflation(self) -> float: ...
+    @property
+    def frames(self) -> int: ...
+    @property
+    def pairs(self) -> int: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def rms_rate_rad_s(self) -> float: ...
+    @property
+    def rms_speed_m_s(self) -> float: ...
+    def write(self, path: _Path, recording: Recording) -> None: ...
+
+@final
+class SelfCalibrator:
+    def __new__(
+        cls,
+        camera: Camera,
+        *,
+        lens: bool = True,
+        field: bool = True,
+        readout: bool = True,
+        readout_s: float = 0.0,
+        max_pairs: int | None = None,
+    ) -> SelfCalibrator: ...
+    def push(self, depth_m: ArrayLike, stamp_ns: int) -> OdometryResult: ...
+    def solve(self, progress: Callable[[int, int], object] | None = None) -> SelfCalibration: ...
+    def __len__(self) -> int: ...
 
 @final
 class Frame:
@@ -297,6 +541,8 @@ class Recording:
     def depth_scale(self) -> float | None: ...
     @property
     def readout_s(self) -> float | None: ...
+    @property
+    def depth_corrected(self) -> bool: ...
     @property
     def truth(self) -> Trajectory | None: ...
     @property
@@ -418,6 +664,126 @@ class Simulator:
         self, path: _Path, *, progress: Callable[[int, int], object] | None = None
     ) -> None: ...
     def __len__(self) -> int: ...
+
+@final
+class BundleProblem:
+    def __new__(cls) -> BundleProblem: ...
+    @staticmethod
+    def read(path: _Path) -> BundleProblem: ...
+    @staticmethod
+    def generate(
+        kind: Literal["room", "street"],
+        poses: int,
+        points: int,
+        *,
+        track: int = 8,
+        depth_sigma_m: float | None = None,
+        outliers: float = 0.0,
+        seed: int = 0,
+    ) -> BundleProblem: ...
+    def write(self, path: _Path) -> None: ...
+    def add_camera(self, camera: Camera) -> int: ...
+    def free_intrinsics(self, camera: int, names: Sequence[str]) -> None: ...
+    def add_pose(
+        self, world_from_camera: ArrayLike, *, camera: int = 0, fixed: bool = False
+    ) -> int: ...
+    def fix_pose(self, pose: int) -> None: ...
+    def add_points(self, points_m: ArrayLike) -> int: ...
+    def add_pixels(
+        self, pose: ArrayLike, point: ArrayLike, pixel: ArrayLike, *, sigma_px: float = 1.0
+    ) -> None: ...
+    def add_point_measurements(
+        self, pose: ArrayLike, point: ArrayLike, point_in_camera_m: ArrayLike, *, sigma_m: float
+    ) -> None: ...
+    def add_pose_prior(
+        self, pose: int, world_from_camera: ArrayLike, covariance: ArrayLike
+    ) -> None: ...
+    def set_loss(self, name: _Loss, threshold: float = 1.0) -> None: ...
+    def solve(
+        self,
+        *,
+        max_iterations: int = 50,
+        function_tolerance: float = 1e-6,
+        parameter_tolerance: float = 1e-8,
+        time_budget_s: float | None = None,
+        threads: int = 0,
+    ) -> SolverResult: ...
+    def covariance(self, poses: ArrayLike) -> _Floats: ...
+    @property
+    def poses(self) -> _Floats: ...
+    @property
+    def points_m(self) -> _Floats: ...
+    @property
+    def pixels(self) -> tuple[NDArray[np.int64], NDArray[np.int64], _Floats]: ...
+    def camera_of_pose(self, pose: int) -> Camera: ...
+    @property
+    def measurements(self) -> int: ...
+
+@final
+class PoseGraph:
+    def __new__(cls) -> PoseGraph: ...
+    @staticmethod
+    def read(path: _Path) -> PoseGraph: ...
+    @staticmethod
+    def generate(
+        kind: Literal["sphere", "torus", "grid"],
+        rings: int,
+        ring: int,
+        *,
+        wrong_loops: float = 0.0,
+        seed: int = 0,
+    ) -> PoseGraph: ...
+    def write(self, path: _Path) -> None: ...
+    def add_node(self, world_from_body: ArrayLike, *, fixed: bool = False) -> int: ...
+    def add_edge(
+        self,
+        first: int,
+        second: int,
+        first_from_second: ArrayLike,
+        information: ArrayLike,
+        *,
+        loop_closure: bool = False,
+    ) -> int: ...
+    def solve(
+        self,
+        *,
+        switch: Literal["off", "gnc", "dcs"] = "off",
+        threshold: float = 16.8,
+        max_iterations: int = 100,
+        function_tolerance: float = 1e-6,
+        parameter_tolerance: float = 1e-8,
+        time_budget_s: float | None = None,
+        threads: int = 0,
+    ) -> SolverResult: ...
+    @property
+    def nodes(self) -> _Floats: ...
+    @property
+    def truth(self) -> _Floats: ...
+    @property
+    def edges(self) -> tuple[NDArray[np.int64], NDArray[np.int64], _Floats]: ...
+
+@final
+class SolverResult:
+    @property
+    def initial_cost(self) -> float: ...
+    @property
+    def final_cost(self) -> float: ...
+    @property
+    def stop(self) -> str: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def iterations(self) -> list[dict[str, Any]]: ...
+    @property
+    def issues(self) -> list[str]: ...
+    @property
+    def linear_solver(self) -> str | None: ...
+    @property
+    def rejected(self) -> list[int]: ...
+    @property
+    def solve_s(self) -> float: ...
+    @property
+    def setup_s(self) -> float: ...
 
 @final
 class VoxelCloud:
@@ -562,3 +928,169 @@ def tv_l1_depth(
     gap: float = 1e-3,
     start: ArrayLike | None = None,
 ) -> VariationalDepth: ...
+
+@final
+class VelocityBiasState:
+    @property
+    def angular_rad_s(self) -> _Floats: ...
+    @property
+    def linear_m_s(self) -> _Floats | None: ...
+    @property
+    def covariance(self) -> _Floats | None: ...
+    @property
+    def blind_directions(self) -> _Floats: ...
+    @property
+    def field_energy(self) -> float | None: ...
+    @property
+    def status(self) -> _ObserverStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+
+@final
+class VelocityBiasEstimator:
+    def __new__(
+        cls,
+        camera: Camera,
+        method: Literal["information", "observer", "normalised"] = "information",
+        *,
+        k_field: float = 2.0,
+        k_v: float = 1e-2,
+        k_omega: float = 1e-5,
+        lambda_y: float = 1.0,
+        lambda_d: float = 5000.0,
+        rate_per_s: float = 1.0,
+        forget_s: float = 3.0,
+        linear_sigma: float = 0.01,
+        angular_sigma: float = 1e-3,
+        max_width: int = 160,
+    ) -> VelocityBiasEstimator: ...
+    def step(
+        self,
+        grey: ArrayLike,
+        depth_m: ArrayLike,
+        angular_rad_s: ArrayLike,
+        linear_m_s: ArrayLike | None = None,
+        *,
+        dt_s: float,
+        along: _Along = "axis",
+    ) -> VelocityBiasState: ...
+    @property
+    def state(self) -> VelocityBiasState: ...
+
+@final
+class ImuBiasState:
+    @property
+    def velocity_m_s(self) -> _Floats: ...
+    @property
+    def gravity_m_s2(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def accel_bias(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats | None: ...
+    @property
+    def status(self) -> _ObserverStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+
+@final
+class ImuBiasEstimator:
+    def __new__(
+        cls,
+        method: Literal["ekf", "observer"] = "ekf",
+        *,
+        gravity_m_s2: float = 9.81,
+        field_dot_down: float | None = None,
+        gyro_sigma_rad_s: float = 2.5e-3,
+        accel_sigma_m_s2: float = 0.03,
+        gyro_walk: float = 1e-5,
+        accel_walk: float = 3e-4,
+        gyro_bias_sigma: float = 0.05,
+        accel_bias_sigma: float = 0.3,
+    ) -> ImuBiasEstimator: ...
+    def step(
+        self,
+        gyro_rad_s: ArrayLike,
+        accel_m_s2: ArrayLike,
+        velocity_m_s: ArrayLike | None = None,
+        angular_rad_s: ArrayLike | None = None,
+        mag_ut: ArrayLike | None = None,
+        *,
+        velocity_sigma: float = 0.01,
+        angular_sigma: float = 5e-3,
+        mean: bool = False,
+        dt_s: float,
+    ) -> ImuBiasState: ...
+    @property
+    def state(self) -> ImuBiasState: ...
+    @property
+    def blind_directions(self) -> _Floats: ...
+
+@final
+class NavigationState:
+    @property
+    def stamp_ns(self) -> int: ...
+    @property
+    def position_m(self) -> _Floats: ...
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    @property
+    def world_from_body(self) -> _Floats: ...
+    @property
+    def velocity_m_s(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def accel_bias(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def status(self) -> _ObserverStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+
+@final
+class NavigationFilter:
+    def __new__(
+        cls,
+        *,
+        gravity_m_s2: ArrayLike | None = None,
+        body_from_camera: ArrayLike | None = None,
+        gyro_sigma_rad_s: float = 2.5e-3,
+        accel_sigma_m_s2: float = 0.03,
+        gyro_walk: float = 2e-5,
+        accel_walk: float = 5e-4,
+        max_delay_s: float = 0.5,
+    ) -> NavigationFilter: ...
+    def push_imu(
+        self, stamp_ns: int, gyro_rad_s: ArrayLike, accel_m_s2: ArrayLike
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    def push_mag(self, stamp_ns: int, mag_ut: ArrayLike) -> tuple[_ObserverStatus, str | None]: ...
+    def push_velocity(
+        self, stamp_ns: int, velocity_m_s: ArrayLike, covariance: ArrayLike
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    def push_pose(
+        self, stamp_ns: int, world_from_camera: ArrayLike, covariance: ArrayLike
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    def push_zero_velocity(
+        self, stamp_ns: int, sigma_m_s: float = 0.01
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    def state(self, stamp_ns: int) -> NavigationState | None: ...
+
+def calibrate_imu_still(
+    gyro_rad_s: ArrayLike,
+    accel_m_s2: ArrayLike,
+    stamp_ns: ArrayLike,
+    *,
+    gravity_m_s2: float = 9.81,
+) -> dict[str, Any]: ...
+def calibrate_mag_ellipsoid(mag_ut: ArrayLike) -> dict[str, Any]: ...
+def calibrate_camera_imu(
+    camera_rad_s: ArrayLike,
+    camera_stamp_ns: ArrayLike,
+    gyro_rad_s: ArrayLike,
+    gyro_stamp_ns: ArrayLike,
+    *,
+    largest_offset_s: float = 0.1,
+) -> dict[str, Any]: ...

@@ -19,8 +19,13 @@ PLAUSIBLE_MEDIAN_M = (0.1, 30.0)
 USUAL_SCALES = {1000.0: "Kinect, RealSense, 7-Scenes", 5000.0: "TUM, ICL-NUIM"}
 
 
-def inspect_recording(recording: RecordingLike) -> dict[str, Any]:
-    """Streams, rates, gaps, calibration and depth of a recording, as plain values."""
+def inspect_recording(
+    recording: RecordingLike, *, calibration: str | None = None
+) -> dict[str, Any]:
+    """Streams, rates, gaps, calibration and depth of a recording, as plain values.
+
+    ``calibration`` is the file that it was opened with, if it was one.
+    """
     found: dict[str, Any] = {
         "kind": recording.kind,
         "frames": len(recording),
@@ -28,7 +33,7 @@ def inspect_recording(recording: RecordingLike) -> dict[str, Any]:
         "streams": streams_of(recording),
         "sync": sync_of(recording),
         "truth_poses": 0 if recording.truth is None else len(recording.truth.stamp_ns),
-        "calibration": calibration_of(recording),
+        "calibration": calibration_of(recording, calibration),
         "depth": depth_of(recording),
         "notes": [str(text) for text in getattr(recording, "notes", [])],
         "warnings": [str(text) for text in recording.warnings],

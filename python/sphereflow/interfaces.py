@@ -69,7 +69,9 @@ def direction_of(camera: CameraLike) -> Literal["axis", "ray"]:
 class RecordingLike(Protocol):
     """A data set that is open: its length, its camera, its frames one after the other.
 
-    ``sync``, ``imu`` and ``notes`` are used too where a recording has them.
+    Used too where a recording has them: ``sync``, ``imu``, ``mag`` and ``notes``; ``readout_s``
+    (float or None: seconds between the exposures of its first and last row) and
+    ``depth_corrected`` (bool: the distortion of its depth was calibrated and is undone).
     """
 
     @property
@@ -154,6 +156,9 @@ class ViewerLike(Protocol):
 
     def cloud(self, index: int, stamp_ns: int, cloud: Any) -> None:
         """See the map as it is now."""
+
+    def points(self, xyz_m: NDArray[np.float32], rgb: Colour) -> None:
+        """See the map as it is in the end."""
 
     def discard(self) -> None:
         """Leave nothing half written behind; does nothing after ``close``."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sphereflow
-from sphereflow.eval.rotations import quat_xyzw_from_matrix
+from sphereflow.eval.rotations import matrices_from_quat_xyzw, quat_xyzw_from_matrix
 from sphereflow.interfaces import MotionLike
 
 Array = NDArray[np.float64]
@@ -35,12 +35,13 @@ class Entry:
 
 @dataclass(slots=True)
 class Journal:
-    """The frames of a run in their order."""
+    """The frames of a run in their order; ``corrected`` has later, better poses by stamp."""
 
     entries: list[Entry] = field(default_factory=list)
     pushed: int = 0
     with_depth: int = 0
     timings_ms: Counter[str] = field(default_factory=Counter)
+    corrected: dict[int, Array] = field(default_factory=dict)
 
     def motion(self, stamp_ns: int, motion: MotionLike, *, with_depth: bool) -> None:
         """Note what the odometry said; a pose that it only predicted is not kept."""
@@ -108,10 +109,37 @@ class Journal:
         asked = int((posed | ~skipped).sum())
         return float(posed.sum()) / asked if asked else 0.0
 
+    def correct(self, trajectory: sphereflow.Trajectory) -> None:
+        """Note corrected poses; a frame of which there is none keeps the one that was measured."""
+        stamps = np.asarray(trajectory.stamp_ns).tolist()
+        position_m = np.asarray(trajectory.position_m)
+        rotations = matrices_from_quat_xyzw(np.asarray(trajectory.quat_xyzw))
+        for row, stamp in enumerate(stamps):
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = rotations[row], position_m[row]
+            self.corrected[stamp] = pose
+
+    def pose(self, index: int) -> Array | None:
+        """Pose of a frame, corrected where there is a correction; None where it has none."""
+        entry = self.entries[index]
+        if entry.world_from_camera is None:
+            return None
+        return self.corrected.get(entry.stamp_ns, entry.world_from_camera)
+
+    def odometry(self) -> sphereflow.Trajectory | None:
+        """Poses as they were measured while running, or None where no frame has one."""
+        return self._trajectory([entry.world_from_camera for entry in self.entries])
+
     def trajectory(self) -> sphereflow.Trajectory | None:
-        """Poses of the frames that have one, or None where none has."""
-        kept = [(e.stamp_ns, e.world_from_camera) for e in self.entries]
-        posed = [(stamp, pose) for stamp, pose in kept if pose is not None]
+        """Poses with their corrections, or None where no frame has one."""
+        return self._trajectory([self.pose(index) for index in range(len(self.entries))])
+
+    def _trajectory(self, poses: list[Array | None]) -> sphereflow.Trajectory | None:
+        posed = [
+            (entry.stamp_ns, pose)
+            for entry, pose in zip(self.entries, poses, strict=True)
+            if pose is not None
+        ]
         if not posed:
             return None
         matrices = np.array([pose for _, pose in posed])

@@ -1,5 +1,27 @@
 """Velocity and trajectory from depth images: the geometric flow of Chapter 6."""
 
-from sphereflow._native import DepthOdometry, OdometryResult, VelocityEstimate, estimate_velocity
+from sphereflow._native import (
+    DepthOdometry,
+    Information,
+    OdometryResult,
+    OptimiseReport,
+    RangeFlow,
+    SelfCalibration,
+    SelfCalibrator,
+    VelocityEstimate,
+    estimate_velocity,
+    information,
+)
 
-__all__ = ["DepthOdometry", "OdometryResult", "VelocityEstimate", "estimate_velocity"]
+__all__ = [
+    "DepthOdometry",
+    "Information",
+    "OdometryResult",
+    "OptimiseReport",
+    "RangeFlow",
+    "SelfCalibration",
+    "SelfCalibrator",
+    "VelocityEstimate",
+    "estimate_velocity",
+    "information",
+]

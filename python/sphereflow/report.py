@@ -10,6 +10,7 @@ import resource
 import sys
 import tempfile
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sphereflow
-from sphereflow.eval.result import PoseError
+from sphereflow.accuracy import Errors
+from sphereflow.correction import Correction
 from sphereflow.interfaces import RecordingLike
 from sphereflow.journal import Journal
+from sphereflow.settings import Settings, depth_corrected_of
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the report's layout; a key is never given another meaning under the same number."""
 
 FRAME_GAP = 1.5
@@ -69,8 +72,8 @@ def streams_of(recording: RecordingLike) -> dict[str, Any]:
     return streams
 
 
-def calibration_of(recording: RecordingLike) -> dict[str, Any]:
-    """The calibration used and where it is from."""
+def calibration_of(recording: RecordingLike, file: str | None = None) -> dict[str, Any]:
+    """The calibration used and where it is from: the file that was given, or in words."""
     camera, scale = recording.camera, recording.depth_scale
     model: dict[str, Any] = {"model": None, "width": None, "height": None, "parameters": {}}
     if camera is not None:
@@ -82,10 +85,12 @@ def calibration_of(recording: RecordingLike) -> dict[str, Any]:
             "parameters": parameters,
         }
     return {
-        "source": str(recording.calibration_source),
+        "source": str(recording.calibration_source) if file is None else file,
         **model,
         "depth_scale_counts_per_m": None if scale is None else float(scale),
         "colour_registered": bool(recording.colour_registered),
+        "readout_s": getattr(recording, "readout_s", None),
+        "depth_corrected": depth_corrected_of(recording),
     }
 
 
@@ -100,43 +105,55 @@ def peak_memory_bytes() -> int:
     return int(peak if sys.platform == "darwin" else 1024 * peak)
 
 
+BUSY_STAGES = ("decode", "odometry", "compare", "map")
+"""What tracking and mapping need; the rest is for looking at."""
+
+
 def build_report(
     *,
     source: str,
     recording: RecordingLike,
-    method: str,
+    settings: Settings,
     journal: Journal,
+    correction: Correction,
     seconds: Mapping[str, float],
-    errors: Mapping[str, PoseError | str],
-    voxels: int | None,
+    errors: Errors,
+    voxels: int,
+    map_rebuilt: bool,
     warnings: list[str],
-    min_coverage: float,
 ) -> dict[str, Any]:
     """The whole report as plain values; ``errors`` has results, or why there is none."""
     trajectory = journal.trajectory()
     frames = len(journal.entries)
-    busy_s = sum(seconds.get(stage, 0.0) for stage in ("decode", "odometry", "map"))
+    busy_s = sum(seconds.get(stage, 0.0) for stage in BUSY_STAGES)
+    readout_s, readout_source = settings.readout_of(recording)
+    graph = correction.pose_graph
     return {
         "schema": SCHEMA,
         "versions": versions(),
         "input": {"source": source, "kind": recording.kind, "frames_available": len(recording)},
-        "method": method,
+        "settings": settings.as_dict(),
+        "method": settings.method,
+        "readout_s": readout_s,
+        "readout_source": readout_source,
+        "depth_corrected": depth_corrected_of(recording),
         "frames": frames,
         "frames_with_depth": journal.with_depth,
         "frames_with_pose": int(journal.has_pose.sum()),
         "outcomes": journal.outcomes(),
         "coverage": journal.coverage,
         "coverage_meaning": "frames with a pose / frames not skipped on purpose",
-        "min_coverage": min_coverage,
-        "corrections": 0,
-        "corrections_meaning": "nothing corrects yet: trajectory.tum is odometry.tum",
-        "covered": bool(frames and journal.coverage >= min_coverage),
+        "min_coverage": settings.min_coverage,
+        "covered": bool(frames and journal.coverage >= settings.min_coverage),
+        "pose_graph": None if graph is None else asdict(graph),
+        "no_pose_graph_because": correction.reason,
         "timing": timing_of_stamps(journal.stamp_ns),
         "streams": streams_of(recording),
         "sync": sync_of(recording),
         "path_length_m": 0.0 if trajectory is None else path_length_m(trajectory.position_m),
         "map_points": voxels,
-        "calibration": calibration_of(recording),
+        "map_rebuilt": map_rebuilt,
+        "calibration": calibration_of(recording, settings.calibration),
         "warnings": {"count": len(warnings), "texts": warnings},
         "seconds": {name: float(value) for name, value in seconds.items()},
         "odometry_ms_per_frame": {

@@ -171,6 +171,92 @@ def test_run_prints_a_summary_and_exits_0(tmp_path):
     assert (tmp_path / "out" / "report.json").is_file()
 
 
+def test_run_prints_both_errors_and_what_the_pose_graph_did(tmp_path, recording, known_answers):
+    known_answers.drift_m = 0.002
+    recording.readout_s, recording.depth_corrected = 0.02, True
+    result = invoke("run", "data", "--out", tmp_path / "out", "--no-pictures")
+    assert result.exit_code == 0, result.stderr
+    lines = {line.split("  ")[1]: line for line in result.output.splitlines()}
+    assert "4 keyframes, 8 edges, 1 rejected, largest change 78.0 mm" in lines["pose graph"]
+    assert "20 ms (recording)" in lines["read-out"]
+    assert "made up for a test; depth corrected" in lines["calibration"]
+    assert "rmse 0.000000 m" in lines["ape"]
+    assert "rmse 0.000000 m" not in lines["odometry_ape"]
+    assert "rpe_1s_rotation" in lines
+    assert "odometry_rpe_1s_rotation" in lines
+    assert "built again" in lines["map"]
+
+
+@pytest.mark.usefixtures("recording")
+def test_run_options_reach_the_odometry(tmp_path, known_answers):
+    known_answers.drift_m = 0.002
+    options = ("--no-pose-graph", "--readout", 0.03, "--no-pictures")
+    result = invoke("run", "data", "--out", tmp_path / "out", *options)
+    assert result.exit_code == 0, result.stderr
+    assert known_answers.made[-1].readout_s == 0.03
+    assert not known_answers.made[-1].optimised
+    assert "none: not asked for" in result.output
+    assert "30 ms (given)" in result.output
+    assert "odometry_ape" not in result.output
+    result = invoke("demo", "--out", tmp_path / "demo", "--no-pose-graph", "--no-pictures")
+    assert "none: not asked for" in result.output
+
+
+@pytest.mark.parametrize("readout", [1.0, "nan"])
+def test_run_with_an_impossible_readout_exits_2(tmp_path, readout):
+    room, out = tmp_path / "room", tmp_path / "out"
+    assert invoke("sim", "--out", room, "--duration", 0.1).exit_code == 0
+    assert_user_error(invoke("run", room, "--out", out, "--readout", readout), 2, "readout_s")
+    assert not out.exists()
+
+
+CALIBRATED = """
+readout_s = 0.01
+[depth_correction.relative]
+one = 0.02
+"""
+
+
+def test_run_and_info_take_a_calibration_with_readout_and_depth_correction(tmp_path):
+    room, file = tmp_path / "room", tmp_path / "camera.toml"
+    assert invoke("sim", "--out", room, "--duration", 0.4).exit_code == 0
+    own = (room / "calibration.toml").read_text()
+    head, parameters = own.split("[parameters]")
+    readout, correction = CALIBRATED.split("[", 1)
+    file.write_text(f"{head}{readout}[parameters]{parameters}\n[{correction}")
+    told = invoke("info", room, "--calibration", file)
+    assert told.exit_code == 0, told.stderr
+    lines = [line.split() for line in told.output.splitlines()]
+    assert ["read-out", "10", "ms"] in lines
+    assert ["depth", "distortion", "corrected", "by", "the", "calibration"] in lines
+    plain = " ".join(invoke("info", room).output.split())
+    assert "read-out unknown depth distortion not known" in plain
+    done = invoke("run", room, "--out", tmp_path / "out", "--calibration", file, "--no-pictures")
+    assert done.exit_code == 0, done.stderr
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert (report["readout_s"], report["readout_source"]) == (0.01, "recording")
+    assert report["depth_corrected"] is True
+    assert report["calibration"]["source"] == str(file)
+    assert f"{file}; depth corrected" in done.output
+
+
+def test_run_help_says_when_to_calibrate():
+    output = " ".join(invoke("run", "--help").output.split())
+    for command in (
+        "sphereflow calib depth my_recording --out camera.toml",
+        "sphereflow run my_recording --out result --calibration camera.toml",
+        "sphereflow calib rolling-shutter",
+    ):
+        assert command in output
+
+
+@pytest.mark.parametrize("verb", ["depth", "rolling-shutter"])
+def test_help_of_each_calibration_has_examples(verb):
+    result = invoke("calib", verb, "--help")
+    assert result.exit_code == 0
+    assert f"sphereflow calib {verb} " in result.output
+
+
 def test_run_with_low_coverage_writes_all_and_exits_1(tmp_path, recording, known_answers):
     known_answers.lost = tuple(range(20, 40))
     result = invoke("run", "data", "--out", tmp_path / "out", "--no-pictures")

@@ -67,7 +67,7 @@ def test_run_report_counts_what_became_of_every_frame(tmp_path, known):
     assert report["frames_with_depth"] == 57
     assert report["coverage"] == pytest.approx(54 / 60)
     assert report["warnings"] == {"count": 1, "texts": ["a line was skipped"]}
-    assert set(report["seconds"]) == {"decode", "odometry", "map", "evaluate", "write"}
+    assert set(report["seconds"]) == {"decode", "odometry", "compare", "map", "evaluate", "write"}
     assert report["odometry_ms_per_frame"] == pytest.approx({"pyramid": 0.5, "solve": 1.5})
     assert report["timing"]["rate_hz"] == pytest.approx(1e9 / fakes.STEP_NS)
     assert report["timing"]["gaps"]["count"] == 0
@@ -101,9 +101,10 @@ def test_run_stops_at_max_frames(tmp_path):
         tmp_path / "out",
         max_frames=12,
         pictures=False,
-        progress=lambda done, total: seen.append((done, total)),
+        progress=lambda *told: seen.append(told),
     )
-    assert seen[-1] == (12, 12)
+    assert seen[11] == ("track", 12, 12)
+    assert seen[-1] == ("compare", 2, 2)
 
 
 def test_run_into_a_full_folder_is_refused_and_changes_nothing(tmp_path):
@@ -199,3 +200,127 @@ def test_run_of_a_recording_that_breaks_off_does_not_cover_the_rest(tmp_path):
     unreadable = result.report["outcomes"]["unreadable"]
     assert unreadable["frames"] == 10
     assert "ended before" in unreadable["reasons"][0]["first"]
+
+
+def test_run_corrects_the_trajectory_and_keeps_what_was_measured(tmp_path, known):
+    known.drift_m = 0.002
+    seen = []
+    result = run(
+        fakes.FakeRecording(60),
+        tmp_path / "out",
+        pictures=False,
+        progress=lambda *told: seen.append(told),
+    )
+    corrected = sphereflow.Trajectory.read(result.folder / "trajectory.tum")
+    measured = sphereflow.Trajectory.read(result.folder / "odometry.tum")
+    assert np.array_equal(corrected.stamp_ns, measured.stamp_ns)
+    apart = np.asarray(measured.position_m) - np.asarray(corrected.position_m)
+    np.testing.assert_allclose(apart[:, 1], 0.002 * np.arange(60), atol=EXACT)
+    report = result.report
+    assert report["schema"] == 2
+    assert report["pose_graph"] == {
+        "keyframes": 6,
+        "edges": 12,
+        "rejected": 1,
+        "failed": 0,
+        "converged": True,
+        "largest_change_m": pytest.approx(0.118),
+    }
+    assert report["no_pose_graph_because"] is None
+    assert report["warnings"]["count"] == 0
+    assert set(report["truth"]) == {
+        f"{whose}{error}"
+        for whose in ("", "odometry_")
+        for error in ("ape", "rpe_1s_translation", "rpe_1s_rotation")
+    }
+    assert result.ape.statistics.rmse < EXACT < result.odometry_ape.statistics.rmse
+    # Keyframes moved by more than half a voxel: the map is built again, of the same frames.
+    assert report["map_rebuilt"]
+    assert seen[-1] == ("map", 60, 60)
+    straight = run(fakes.FakeRecording(60), tmp_path / "straight", pictures=False)
+    assert report["map_points"] == straight.report["map_points"]
+
+
+def test_run_that_hardly_changes_a_pose_keeps_the_map(tmp_path, known):
+    known.drift_m = 1e-4
+    result = run(fakes.FakeRecording(60), tmp_path / "out", pictures=False)
+    assert result.report["pose_graph"]["largest_change_m"] < 0.01
+    assert not result.report["map_rebuilt"]
+
+
+def test_run_rebuilds_the_map_from_the_corrected_poses(tmp_path, known):
+    def height_m(folder):
+        lines = (folder / "map.ply").read_text().split("end_header\n")[1].splitlines()
+        return max(float(line.split()[1]) for line in lines)
+
+    true = height_m(run(fakes.FakeRecording(60), tmp_path / "a", pictures=False).folder)
+    known.drift_m = 0.05
+    recording = fakes.FakeRecording(60, bad=(3,))
+    corrected = height_m(run(recording, tmp_path / "b", pictures=False).folder)
+    drifted = height_m(
+        run(fakes.FakeRecording(60), tmp_path / "c", pictures=False, pose_graph=False).folder
+    )
+    assert corrected == pytest.approx(true, abs=1e-3)
+    assert drifted > true + 1.0
+
+
+def test_run_without_pose_graph_says_so_and_writes_one_trajectory_twice(tmp_path, known):
+    known.drift_m = 0.002
+    result = run(fakes.FakeRecording(60), tmp_path / "out", pictures=False, pose_graph=False)
+    files = [result.folder / name for name in ("trajectory.tum", "odometry.tum")]
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert result.report["pose_graph"] is None
+    assert result.report["no_pose_graph_because"] == "not asked for"
+    truth = result.report["truth"]
+    assert truth["ape"] == truth["odometry_ape"]
+    assert not known.made[-1].optimised
+
+
+def test_run_with_one_keyframe_has_nothing_to_compare(tmp_path):
+    report = run(fakes.FakeRecording(8), tmp_path / "out", pictures=False).report
+    assert report["pose_graph"] is None
+    assert report["no_pose_graph_because"] == "1 keyframe: nothing to compare"
+
+
+def test_run_whose_pose_graph_did_not_settle_warns(tmp_path, known):
+    known.converged = False
+    report = run(fakes.FakeRecording(60), tmp_path / "out", pictures=False).report
+    assert report["pose_graph"]["converged"] is False
+    assert "did not settle" in report["warnings"]["texts"][0]
+
+
+@pytest.mark.parametrize(
+    ("calibrated", "given", "used", "source"),
+    [
+        (None, None, 0.0, "unknown"),
+        (0.02, None, 0.02, "recording"),
+        (0.02, 0.0, 0.0, "given"),
+        (None, 0.03, 0.03, "given"),
+    ],
+)
+def test_run_takes_the_readout_given_or_else_the_recordings(
+    tmp_path, known, calibrated, given, used, source
+):
+    recording = fakes.FakeRecording(12, readout_s=calibrated, depth_corrected=True)
+    report = run(recording, tmp_path / "out", pictures=False, readout_s=given).report
+    assert known.made[-1].readout_s == report["readout_s"] == used
+    assert report["readout_source"].startswith(source)
+    assert known.made[-1].depth_corrected is report["depth_corrected"] is True
+    assert report["settings"]["readout_s"] == given
+    assert report["calibration"]["readout_s"] == calibrated
+
+
+def test_run_of_a_recording_without_readout_and_correction_takes_none(tmp_path, known):
+    whole = fakes.FakeRecording(12)
+
+    class Bare:
+        def __getattr__(self, name):
+            if name in ("readout_s", "depth_corrected"):
+                raise AttributeError(name)
+            return getattr(whole, name)
+
+        def __len__(self):
+            return len(whole)
+
+    report = run(Bare(), tmp_path / "out", pictures=False).report
+    assert (report["readout_s"], report["depth_corrected"]) == (0.0, False)

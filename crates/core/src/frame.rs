@@ -23,10 +23,11 @@ pub struct RgbdFrame {
 impl RgbdFrame {
     /// Luminance of the colour image (ITU-R BT.601 weights), 0 to 255; `None` without colour.
     pub fn grey(&self) -> Option<Plane<f32>> {
-        self.colour.as_ref().map(|colour| {
-            colour.map(|[r, g, b]| {
-                0.299 * f32::from(*r) + 0.587 * f32::from(*g) + 0.114 * f32::from(*b)
-            })
-        })
+        self.colour.as_ref().map(grey)
     }
+}
+
+/// Luminance of a colour image (ITU-R BT.601 weights), 0 to 255.
+pub fn grey(colour: &Plane<[u8; 3]>) -> Plane<f32> {
+    colour.map(|[r, g, b]| 0.299 * f32::from(*r) + 0.587 * f32::from(*g) + 0.114 * f32::from(*b))
 }

@@ -14,7 +14,7 @@ mod status;
 mod trajectory;
 
 pub use error::Error;
-pub use frame::RgbdFrame;
+pub use frame::{RgbdFrame, grey};
 pub use plane::{DepthMap, Plane, RangeMap};
 pub use pose::Pose;
 pub use sensors::{ImuSample, MagSample, Twist};

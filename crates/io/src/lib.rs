@@ -5,6 +5,7 @@ pub mod calibration;
 mod error;
 pub mod images;
 pub mod ply;
+pub mod problems;
 pub mod recording;
 mod rows;
 pub mod trajectory;

@@ -32,6 +32,8 @@ impl ColourFormat {
 /// Writes a recording that [`crate::recording::open_recording`] reads back: depth rounded to counts
 /// of the calibration's `depth_scale`, everything else as it was (colour too, as PNG).
 ///
+/// Where the calibration has a depth correction, push what the camera measured: readers apply it.
+///
 /// Until [`RecordingWriter::finish`] the folder is called `<path>.partial`: a recording that was cut
 /// short is recognisable, and its images are there under their stamps.
 #[derive(Debug)]

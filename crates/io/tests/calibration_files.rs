@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 use sphereflow_core::Pose;
 use sphereflow_io::{Calibration, ImuNoise};
-use sphereflow_sphere::Camera;
+use sphereflow_sphere::{Camera, DepthCorrection};
 use std::path::Path;
 
 const TEXT: &str = "model = \"pinhole\"\nwidth = 640\nheight = 480\ndepth_scale = 5000.0\n\
@@ -113,4 +113,59 @@ proptest! {
     ) {
         let _ = Calibration::from_toml(&text, Path::new("a"));
     }
+}
+
+#[test]
+fn depth_correction_and_readout_survive_the_file() {
+    let correction =
+        DepthCorrection::from_named(&[("z1", -0.02), ("r4", 1.0 / 30.0)], &[("one", 1e-3)])
+            .unwrap();
+    let mut calibration = Calibration::from_toml(TEXT, Path::new("a")).unwrap();
+    assert_eq!(calibration.depth_correction, None);
+    calibration.depth_correction = Some(correction);
+    calibration.readout_s = Some(-0.03);
+    let text = calibration.to_toml(Path::new("a")).unwrap();
+    assert!(text.contains("[depth_correction.relative]"), "{text}");
+    assert_eq!(
+        Calibration::from_toml(&text, Path::new("a")).unwrap(),
+        calibration
+    );
+}
+
+#[test]
+fn depth_correction_errors_name_the_field() {
+    for (table, part) in [
+        (
+            "[depth_correction.relative]\nz3 = 0.1\n",
+            "depth_correction.relative.z3",
+        ),
+        (
+            "[depth_correction.additive]\nr4 = nan\n",
+            "depth_correction.additive.r4",
+        ),
+        ("[depth_correction.scale]\nr4 = 1.0\n", "scale"),
+    ] {
+        let error = error_of(&format!("{TEXT}{table}"));
+        assert!(error.contains(part), "`{part}` missing in: {error}");
+    }
+    let all_around = Camera::equirectangular(64, 32).unwrap();
+    let mut calibration = Calibration::of_camera(&all_around, 1000.0).unwrap();
+    calibration.depth_correction = Some(DepthCorrection::default());
+    let error = calibration.to_toml(Path::new("a")).unwrap_err().to_string();
+    assert!(error.contains("depth_correction"), "{error}");
+}
+
+#[test]
+fn calibration_with_another_camera_keeps_everything_else() {
+    let mut calibration = Calibration::from_toml(TEXT, Path::new("a")).unwrap();
+    calibration.time_offset_s = Some(0.01);
+    let camera = Camera::opencv(520.0, 521.0, 320.0, 240.0, [0.1; 8], 640, 480).unwrap();
+    let other = calibration.with_camera(&camera).unwrap();
+    assert_eq!(other.camera().unwrap(), camera);
+    assert_eq!(
+        (other.depth_scale, other.time_offset_s),
+        (5000.0, Some(0.01))
+    );
+    let small = Camera::pinhole(50.0, 50.0, 31.5, 23.5, 64, 48).unwrap();
+    assert!(calibration.with_camera(&small).is_err());
 }

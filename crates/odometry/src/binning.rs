@@ -6,6 +6,9 @@ use rayon::prelude::*;
 /// Columns handled at once: wide enough to fill vector registers, small enough for the stack.
 const STRIP: usize = 64;
 
+/// Every so many blocks and rows are looked at for the noise.
+const BEND_STRIDE: usize = 3;
+
 /// The inverse of depth or range over blocks of pixels, 1/m; NaN where unknown.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InverseDepth {
@@ -36,14 +39,80 @@ impl InverseDepth {
         self.axis = image.axis();
         self.values.resize(columns * rows, f32::NAN);
         let metres = image.metres();
+        let arch = pulp::Arch::new();
         self.values
             .par_chunks_mut(columns)
             .with_min_len(16)
             .enumerate()
             .for_each(|(y, out)| {
                 let start = y * rule.block * width;
-                average_row(&metres[start..start + rule.block * width], width, rule, out);
+                let lines = &metres[start..start + rule.block * width];
+                arch.dispatch(|| average_row(lines, width, rule, out));
             });
+    }
+
+    /// Makes unknown what lies on an edge between surfaces: where the inverse depth bends by more
+    /// than `max_bend`, 1/m, from one block to the next but one. On a plane it does not bend at all,
+    /// however slanted it is. `scratch` is working memory.
+    pub(crate) fn cut_edges(&mut self, width: usize, max_bend: f32, scratch: &mut Vec<f32>) {
+        scratch.clone_from(&self.values);
+        let old = &scratch[..];
+        self.values
+            .par_chunks_mut(width)
+            .with_min_len(16)
+            .enumerate()
+            .for_each(|(y, line)| {
+                let row = |y: usize| &old[y * width..(y + 1) * width];
+                let here = row(y);
+                for x in 1..width.saturating_sub(1) {
+                    let bend = here[x - 1] + here[x + 1] - 2.0 * here[x];
+                    if bend.abs() > max_bend {
+                        line[x] = f32::NAN;
+                    }
+                }
+                if y > 0 && (y + 1) * width < old.len() {
+                    let (above, below) = (row(y - 1), row(y + 1));
+                    for x in 0..width {
+                        let bend = above[x] + below[x] - 2.0 * here[x];
+                        if bend.abs() > max_bend {
+                            line[x] = f32::NAN;
+                        }
+                    }
+                }
+            });
+    }
+
+    /// Standard deviation of the bend from block to block along the rows, 1/m, from the size that
+    /// four in five do not exceed: most of a scene is smooth, and of quantised depth the median
+    /// bend is none at all.
+    pub(crate) fn bend_noise(&self, width: usize, scratch: &mut Vec<f32>) -> f32 {
+        scratch.clear();
+        for line in self.values.chunks(width).step_by(BEND_STRIDE) {
+            let bends = line.windows(3).step_by(BEND_STRIDE);
+            let sizes = bends.map(|w| (w[0] + w[2] - 2.0 * w[1]).abs());
+            scratch.extend(sizes.filter(|bend| bend.is_finite()));
+        }
+        if scratch.is_empty() {
+            return 0.0;
+        }
+        let at = scratch.len() * 4 / 5;
+        let (_, size, _) = scratch.select_nth_unstable_by(at, f32::total_cmp);
+        *size / 1.2816 // sigmas of a normal distribution
+    }
+
+    /// Fills `self` with the averages of blocks of values of `fine`, which has `width` columns.
+    pub(crate) fn average_of(&mut self, fine: &Self, width: usize, rule: BlockRule) {
+        let rows = fine.values.len() / width / rule.block;
+        let columns = width / rule.block;
+        self.axis = fine.axis;
+        self.values.resize(columns * rows, f32::NAN);
+        for (y, out) in self.values.chunks_mut(columns).enumerate() {
+            let start = y * rule.block * width;
+            let lines = &fine.values[start..start + rule.block * width];
+            for (x, value) in out.iter_mut().enumerate() {
+                *value = block_mean(lines, x * rule.block, width, rule);
+            }
+        }
     }
 
     /// Share of known values, 0 to 1.
@@ -65,6 +134,30 @@ impl InverseDepth {
     }
 }
 
+/// Mean of a block of inverse depths that begins in column `first`; NaN where unknown.
+fn block_mean(lines: &[f32], first: usize, width: usize, rule: BlockRule) -> f32 {
+    let (mut sum, mut known) = (0.0, 0.0);
+    let (mut low, mut high) = (f32::INFINITY, 0.0_f32);
+    for line in lines.chunks(width) {
+        for &value in &line[first..first + rule.block] {
+            if value > 0.0 {
+                sum += value;
+                known += 1.0;
+                low = low.min(value);
+                high = high.max(value);
+            }
+        }
+    }
+    let mean = sum / known;
+    let enough = known >= rule.known_share * (rule.block * rule.block) as f32;
+    if enough && high - low <= rule.max_spread * mean {
+        mean
+    } else {
+        f32::NAN
+    }
+}
+
+#[inline(always)]
 fn average_row(pixels: &[f32], width: usize, rule: BlockRule, out: &mut [f32]) {
     let per_strip = STRIP / rule.block;
     for (strip, out) in out.chunks_mut(per_strip).enumerate() {
@@ -98,6 +191,7 @@ impl Columns {
         }
     }
 
+    #[inline(always)]
     fn add(&mut self, metres: &[f32]) {
         let columns = self
             .sum
@@ -119,6 +213,7 @@ impl Columns {
         }
     }
 
+    #[inline(always)]
     fn mean(&self, first: usize, rule: BlockRule) -> f32 {
         let columns = first..first + rule.block;
         let known: f32 = self.known[columns.clone()].iter().sum();

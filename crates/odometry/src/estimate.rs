@@ -1,18 +1,15 @@
-//! The velocity between two depth images: block means, weak form, robust solve, status.
+//! The velocity between two depth images, with its covariance and status.
 
 use crate::Result;
-use crate::binning::{BlockRule, InverseDepth};
+use crate::align::{Aligner, Alignment, Task, size_m};
+use crate::brightness::GreyPyramid;
 use crate::config::Config;
 use crate::depth_image::DepthImage;
 use crate::motion::{pose_from_twist, twist_from_pose};
 use crate::observability::WeakDirection;
-use crate::robust::{RobustSolver, Solution};
-use crate::sphere_table::SphereTable;
-use crate::tiling::Tiling;
-use crate::warp::Warp;
-use crate::weak_form::{CellSums, Pair, WeakForm};
+use crate::pyramid::FramePyramid;
 use nalgebra::{Matrix6, Vector6};
-use sphereflow_core::{Error, Pose, Reason, TrackStatus, Twist};
+use sphereflow_core::{Error, Plane, Pose, Reason, TrackStatus, Twist};
 use sphereflow_sphere::Camera;
 
 /// What two depth images say of the camera's velocity.
@@ -33,10 +30,16 @@ pub struct VelocityEstimate {
     ///
     /// Thesis: Theorem 3
     pub score: f64,
-    /// Directions below [`Config::weak_score`].
+    /// Directions below [`Config::weak_score`] or beyond [`Config::max_std_m`].
     pub weak_directions: Vec<WeakDirection>,
     /// Share of blocks known in both images, 0 to 1.
     pub known_share: f64,
+    /// Share of the first image's surface within the second, 0 to 1; NaN where nothing was solved.
+    pub overlap: f64,
+    /// Median displacement of the pixels; NaN where nothing was solved.
+    pub flow_px: f64,
+    /// Share of the domains that do not move with the rest: moving objects and what they hide.
+    pub rejected_share: f64,
     /// Usable domains.
     pub domains: usize,
     /// Robust residual in units of [`Config::domain_noise`]; NaN where nothing was solved.
@@ -47,9 +50,58 @@ pub struct VelocityEstimate {
     pub iterations: usize,
 }
 
-/// Further warps where the last one moved more than the one before: noise does that at times, and
-/// one more then settles; a solve that still grows after these has not converged.
-const PATIENCE: usize = 2;
+/// What is known of the velocity from another sensor, or from before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityPrior {
+    /// The velocity, body frame.
+    pub twist: Twist,
+    /// Inverse of its covariance, order `[omega, v]`; zero rows for what is not known.
+    pub information: Matrix6<f64>,
+}
+
+impl VelocityPrior {
+    /// Nothing known.
+    pub fn none() -> Self {
+        Self {
+            twist: Twist::default(),
+            information: Matrix6::zeros(),
+        }
+    }
+
+    /// The same with a linear velocity, body frame, of a standard deviation.
+    #[must_use]
+    pub fn and_linear(mut self, linear_m_s: nalgebra::Vector3<f64>, std_m_s: f64) -> Self {
+        self.twist.linear_m_s = linear_m_s;
+        for k in 3..6 {
+            self.information[(k, k)] = 1.0 / (std_m_s * std_m_s);
+        }
+        self
+    }
+
+    /// A gyroscope's rate (bias removed, in the camera's frame) with its standard deviation.
+    pub fn of_gyro(gyro_rad_s: nalgebra::Vector3<f64>, std_rad_s: f64) -> Self {
+        let mut information = Matrix6::zeros();
+        for k in 0..3 {
+            information[(k, k)] = 1.0 / (std_rad_s * std_rad_s);
+        }
+        Self {
+            twist: Twist {
+                angular_rad_s: gyro_rad_s,
+                ..Twist::default()
+            },
+            information,
+        }
+    }
+}
+
+/// What is known beside two depth images.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Also<'a> {
+    /// The velocity, from another sensor.
+    pub prior: Option<VelocityPrior>,
+    /// Brightness of both images, 0 to 255, whose pixels see what those of the depth images do.
+    pub brightness: Option<(&'a Plane<f32>, &'a Plane<f32>)>,
+}
 
 /// Velocity between two depth images of one camera.
 ///
@@ -73,16 +125,11 @@ pub fn estimate_velocity<'a>(
 #[derive(Clone, Debug)]
 pub struct VelocityEstimator {
     camera: Camera,
-    binned: Camera,
     config: Config,
-    table: SphereTable,
-    tiling: Tiling,
-    first: InverseDepth,
-    second: InverseDepth,
-    warped: InverseDepth,
-    pair: Pair,
-    sums: Vec<CellSums>,
-    solver: RobustSolver,
+    aligner: Aligner,
+    first: FramePyramid,
+    second: FramePyramid,
+    grey: [GreyPyramid; 2],
 }
 
 impl VelocityEstimator {
@@ -91,20 +138,13 @@ impl VelocityEstimator {
     /// # Errors
     /// Where a setting is out of range or the image is smaller than a block.
     pub fn new(camera: &Camera, config: Config) -> Result<Self> {
-        config.validate()?;
-        let binned = camera.binned(config.block)?;
         Ok(Self {
-            table: SphereTable::new(camera, config.block)?,
-            tiling: Tiling::new(binned.width(), binned.height(), config.domains),
+            aligner: Aligner::new(camera, &config)?,
             camera: camera.clone(),
-            binned,
             config,
-            first: InverseDepth::default(),
-            second: InverseDepth::default(),
-            warped: InverseDepth::default(),
-            pair: Pair::default(),
-            sums: Vec::new(),
-            solver: RobustSolver::default(),
+            first: FramePyramid::default(),
+            second: FramePyramid::default(),
+            grey: Default::default(),
         })
     }
 
@@ -128,199 +168,155 @@ impl VelocityEstimator {
         second: impl Into<DepthImage<'a>>,
         dt_s: f64,
     ) -> Result<VelocityEstimate> {
+        self.estimate_with(first, second, dt_s, &Also::default())
+    }
+
+    /// The same with what else is known.
+    ///
+    /// # Errors
+    /// As [`estimate_velocity`], where an image of the brightness is not of the camera's size, and
+    /// where the prior is not finite or its information not symmetric and positive.
+    pub fn estimate_with<'a>(
+        &mut self,
+        first: impl Into<DepthImage<'a>>,
+        second: impl Into<DepthImage<'a>>,
+        dt_s: f64,
+        also: &Also<'_>,
+    ) -> Result<VelocityEstimate> {
         if !(dt_s.is_finite() && dt_s > 0.0) {
             return Err(Error::value("dt_s", "a positive number of seconds", dt_s).into());
         }
-        let mut images = (
-            std::mem::take(&mut self.first),
-            std::mem::take(&mut self.second),
-        );
-        self.average(&first.into(), "depth0", &mut images.0)?;
-        self.average(&second.into(), "depth1", &mut images.1)?;
-        let estimate = self.solve(&images.0, &images.1, dt_s, &Twist::default());
-        (self.first, self.second) = images;
-        Ok(estimate)
-    }
-
-    /// Block averages of an image of the camera's size.
-    pub(crate) fn average(
-        &self,
-        image: &DepthImage<'_>,
-        argument: &str,
-        out: &mut InverseDepth,
-    ) -> Result<()> {
-        let (width, height) = (self.camera.width(), self.camera.height());
-        if image.size() != (width, height) {
-            let (w, h) = image.size();
-            let expected = format!("{width}x{height} pixels as the camera");
-            return Err(Error::shape(argument, expected, format!("{w}x{h} pixels")).into());
+        if let Some(prior) = &also.prior {
+            check_prior(prior)?;
         }
-        let rule = BlockRule {
-            block: self.config.block,
-            known_share: self.config.block_known_share as f32,
-            max_spread: self.config.max_jump as f32,
+        let stack = &self.aligner.stack;
+        stack.average(&first.into(), "depth0", &mut self.first)?;
+        stack.average(&second.into(), "depth1", &mut self.second)?;
+        if let Some(images) = also.brightness {
+            let size = (self.camera.width(), self.camera.height());
+            let (block, levels) = (stack.finest_block, &stack.levels);
+            let [first, second] = &mut self.grey;
+            first.fill(images.0, "image0", size, block, levels)?;
+            second.fill(images.1, "image1", size, block, levels)?;
+        }
+        let known = also.prior.map(|p| {
+            let pose = pose_from_twist(&p.twist, dt_s);
+            (pose, p.information / (dt_s * dt_s))
+        });
+        let task = Task {
+            first: &self.first,
+            second: &self.second,
+            guess: known.map_or_else(Default::default, |(pose, _)| pose),
+            prior: known,
+            readout: None,
+            brightness: also.brightness.map(|_| (&self.grey[0], &self.grey[1])),
+            finest: 0,
+            restart: true,
         };
-        out.average(image, rule);
-        Ok(())
+        Ok(match self.aligner.align(&self.config, &task) {
+            Ok(alignment) => judge(&self.config, &alignment, dt_s),
+            Err((reason, known_share)) => VelocityEstimate::lost(reason, known_share),
+        })
     }
+}
 
-    /// The velocity between two averaged images; `prior` serves the directions that the scene does
-    /// not determine.
-    pub(crate) fn solve(
-        &mut self,
-        first: &InverseDepth,
-        second: &InverseDepth,
-        dt_s: f64,
-        prior: &Twist,
-    ) -> VelocityEstimate {
-        self.pair.fill(&self.table, first, second);
-        let known_share = self.pair.known_share();
-        if known_share < self.config.min_known_share {
-            return VelocityEstimate::lost(
-                Reason::FewKnownPixels { share: known_share },
-                known_share,
-            );
-        }
-        let mut solution = match self.solve_pair(dt_s, Some(&prior.vector())) {
-            Ok(solution) => solution,
-            Err(reason) => return VelocityEstimate::lost(reason, known_share),
-        };
-        let scale_at_rest = solution.scale_at_rest;
-        let mut motion = pose_from_twist(&Twist::from_vector(&solution.twist), dt_s);
-        let (mut step_m, mut settled) = (f64::INFINITY, true);
-        let (wanted, most) = (self.config.warps, self.config.warps + PATIENCE);
-        let mut solves = 1;
-        while solves <= wanted || (!settled && solves <= most) {
-            solves += 1;
-            self.warp(first, second, motion);
-            solution = match self.solve_pair(dt_s, None) {
-                Ok(solution) => solution,
-                Err(reason) => return VelocityEstimate::lost(reason, known_share),
-            };
-            let step = Twist::from_vector(&solution.twist);
-            motion = pose_from_twist(&step, dt_s) * motion;
-            let size = motion_m(&step, dt_s, solution.mean_range_m);
-            settled = size < step_m.max(self.config.covariance.floor_m);
-            step_m = size;
-        }
-        solution.scale_at_rest = scale_at_rest; // that of the images, not of the warped ones
-        self.judge(&solution, motion, dt_s, known_share, settled, solves)
+fn check_prior(prior: &VelocityPrior) -> Result<()> {
+    let finite = prior.twist.vector().iter().all(|v| v.is_finite());
+    let symmetric = (prior.information - prior.information.transpose()).norm()
+        <= 1e-9 * prior.information.norm(); // false for NaN
+    let eigenvalues = prior.information.symmetric_eigenvalues();
+    let positive = eigenvalues.min() >= -1e-9 * eigenvalues.max().abs();
+    if finite && symmetric && positive {
+        return Ok(());
     }
+    let expected = "finite velocities with a symmetric, positive information matrix";
+    Err(Error::value("prior", expected, format!("{prior:?}")).into())
+}
 
-    /// Weak form and robust solve of the current pair: from nothing but a prior, or, of a pair that
-    /// was warped, from rest.
-    fn solve_pair(
-        &mut self,
-        dt_s: f64,
-        prior: Option<&Vector6<f64>>,
-    ) -> std::result::Result<Solution, Reason> {
-        WeakForm {
-            table: &self.table,
-            tiling: &self.tiling,
-            pair: &self.pair,
-            max_jump: self.config.max_jump as f32,
-        }
-        .accumulate(&mut self.sums);
-        let share = self.config.domain_known_share;
-        let found = self.solver.take(&self.sums, &self.tiling, dt_s, share);
-        if found < self.config.min_domains {
-            return Err(Reason::FewDomains {
-                found,
-                needed: self.config.min_domains,
-            });
-        }
-        let rest = Vector6::zeros();
-        let solution = match prior {
-            Some(prior) => self.solver.solve(&self.config, dt_s, prior),
-            None => self.solver.solve_from(&self.config, dt_s, &rest, rest),
-        };
-        let finite = solution.twist.iter().all(|v| v.is_finite());
-        if finite {
-            Ok(solution)
-        } else {
-            Err(Reason::NotConverged)
-        }
+/// From an alignment to the velocity between its images, with covariance and status.
+pub(crate) fn judge(config: &Config, alignment: &Alignment, dt_s: f64) -> VelocityEstimate {
+    judge_motion(config, alignment, &alignment.motion, dt_s)
+}
+
+/// The same for a motion that is the last part of the aligned one: from the frame before to this
+/// one, where the first image is a keyframe.
+pub(crate) fn judge_motion(
+    config: &Config,
+    alignment: &Alignment,
+    motion: &Pose,
+    dt_s: f64,
+) -> VelocityEstimate {
+    let solution = &alignment.solution;
+    let twist = twist_from_pose(motion, dt_s);
+    let status = status(config, alignment, &twist);
+    let has_twist = status.has_pose();
+    let formal = formal_covariance(config, alignment, dt_s);
+    VelocityEstimate {
+        status,
+        twist: has_twist.then_some(twist),
+        covariance: has_twist
+            .then(|| formal + covariance_floor(config, &twist, dt_s, solution.mean_range_m)),
+        score: solution.spectrum.score(),
+        weak_directions: solution.spectrum.weak_directions(
+            &formal,
+            config.weak_score,
+            solution.cut,
+        ),
+        known_share: alignment.known_share,
+        overlap: alignment.overlap,
+        flow_px: alignment.flow_px,
+        rejected_share: solution.rejected_share,
+        domains: solution.domains,
+        residual_scale: solution.scale,
+        mean_range_m: solution.mean_range_m,
+        iterations: (config.sweeps + 1) * alignment.solves,
     }
+}
 
-    /// Replaces the pair by the first image and the second one seen from the first's pose.
-    fn warp(&mut self, first: &InverseDepth, second: &InverseDepth, motion: Pose) {
-        Warp {
-            camera: &self.binned,
-            table: &self.table,
-            second,
-            motion,
-            max_jump: self.config.max_jump as f32,
-        }
-        .fill(first, &mut self.warped);
-        self.pair.fill(&self.table, first, &self.warped);
-    }
+/// Covariance of the velocity that the residuals show.
+pub(crate) fn formal_covariance(config: &Config, alignment: &Alignment, dt_s: f64) -> Matrix6<f64> {
+    let solution = &alignment.solution;
+    let variance = solution.variance * config.covariance.scale.powi(2);
+    let unseen = config.unobservable_std_m_s * dt_s;
+    solution
+        .spectrum
+        .covariance(&solution.normal, variance, solution.cut, unseen)
+        / (dt_s * dt_s)
+}
 
-    fn judge(
-        &self,
-        solution: &Solution,
-        motion: Pose,
-        dt_s: f64,
-        known_share: f64,
-        settled: bool,
-        solves: usize,
-    ) -> VelocityEstimate {
-        let config = &self.config;
-        let twist = twist_from_pose(&motion, dt_s);
-        let score = solution.spectrum.score();
-        let (limit, unseen) = (config.unobservable_score, config.unobservable_std_m_s);
-        let status = self.status(solution, &twist, settled);
-        let has_twist = status.has_pose();
-        let variance = solution.variance * config.covariance.scale.powi(2);
-        let formal = solution
-            .spectrum
-            .covariance(&solution.normal, variance, limit, unseen);
-        VelocityEstimate {
-            status,
-            twist: has_twist.then_some(twist),
-            covariance: has_twist
-                .then(|| formal + covariance_floor(config, &twist, dt_s, solution.mean_range_m)),
-            score,
-            weak_directions: solution
-                .spectrum
-                .weak_directions(&formal, config.weak_score, limit),
-            known_share,
-            domains: solution.domains,
-            residual_scale: solution.scale,
-            mean_range_m: solution.mean_range_m,
-            iterations: (config.sweeps + 1) * solves,
-        }
-    }
+/// Covariance of an aligned motion `[rotation, translation]`, radians and metres.
+pub(crate) fn keyframe_covariance(config: &Config, alignment: &Alignment) -> Matrix6<f64> {
+    let twist = twist_from_pose(&alignment.motion, 1.0);
+    let range_m = alignment.solution.mean_range_m;
+    formal_covariance(config, alignment, 1.0) + covariance_floor(config, &twist, 1.0, range_m)
+}
 
-    fn status(&self, solution: &Solution, twist: &Twist, settled: bool) -> TrackStatus {
-        let config = &self.config;
-        let (speed_m_s, rate_rad_s) = (twist.linear_m_s.norm(), twist.angular_rad_s.norm());
-        let score = solution.spectrum.score();
-        let unexplained = config.max_unexplained_share * solution.scale_at_rest;
-        if solution.scale
-            > config
-                .max_residual_scale
-                .min(unexplained.max(config.good_residual_scale))
-        {
-            TrackStatus::Lost(Reason::PoorFit {
-                scale: solution.scale,
-            })
-        } else if speed_m_s > config.max_speed_m_s || rate_rad_s > config.max_rate_rad_s {
-            TrackStatus::Lost(Reason::ImplausibleMotion {
-                speed_m_s,
-                rate_rad_s,
-            })
-        } else if !settled {
-            TrackStatus::Lost(Reason::NotConverged)
-        } else if score < config.weak_score.max(config.unobservable_score) {
-            TrackStatus::Weak(Reason::Unobservable { score })
-        } else {
-            TrackStatus::Tracked
-        }
+fn status(config: &Config, alignment: &Alignment, twist: &Twist) -> TrackStatus {
+    let solution = &alignment.solution;
+    let (speed_m_s, rate_rad_s) = (twist.linear_m_s.norm(), twist.angular_rad_s.norm());
+    let score = solution.spectrum.score();
+    let unexplained = config.max_unexplained_share * alignment.scale_at_start;
+    let limit = unexplained.max(config.good_residual_scale);
+    if solution.scale > config.max_residual_scale.min(limit) {
+        TrackStatus::Lost(Reason::PoorFit {
+            scale: solution.scale,
+        })
+    } else if speed_m_s > config.max_speed_m_s || rate_rad_s > config.max_rate_rad_s {
+        TrackStatus::Lost(Reason::ImplausibleMotion {
+            speed_m_s,
+            rate_rad_s,
+        })
+    } else if !alignment.settled {
+        TrackStatus::Lost(Reason::NotConverged)
+    } else if score < config.weak_score || solution.spectrum.rank(solution.cut) < 6 {
+        TrackStatus::Weak(Reason::Unobservable { score })
+    } else {
+        TrackStatus::Tracked
     }
 }
 
 impl VelocityEstimate {
-    fn lost(reason: Reason, known_share: f64) -> Self {
+    pub(crate) fn lost(reason: Reason, known_share: f64) -> Self {
         Self {
             status: TrackStatus::Lost(reason),
             twist: None,
@@ -328,6 +324,9 @@ impl VelocityEstimate {
             score: 0.0,
             weak_directions: Vec::new(),
             known_share,
+            overlap: f64::NAN,
+            flow_px: f64::NAN,
+            rejected_share: f64::NAN,
             domains: 0,
             residual_scale: f64::NAN,
             mean_range_m: f64::NAN,
@@ -336,15 +335,10 @@ impl VelocityEstimate {
     }
 }
 
-/// Motion over a pair in metres: rotation counts at the scene's mean range.
-fn motion_m(twist: &Twist, dt_s: f64, range_m: f64) -> f64 {
-    (twist.linear_m_s.norm() + range_m * twist.angular_rad_s.norm()) * dt_s
-}
-
 /// The part of the covariance that the residuals do not show: see [`crate::CovarianceModel`].
 fn covariance_floor(config: &Config, twist: &Twist, dt_s: f64, range_m: f64) -> Matrix6<f64> {
     let model = &config.covariance;
-    let moved = motion_m(twist, dt_s, range_m);
+    let moved = size_m(&(twist.vector() * dt_s), range_m);
     let linear = ((model.floor_m + model.motion_share * moved) / dt_s).powi(2);
     let angular = linear / (range_m * range_m);
     Matrix6::from_diagonal(&Vector6::new(

@@ -1,7 +1,7 @@
 //! The robust solution of the domains' balances for one twist.
 
 use crate::config::Config;
-use crate::observability::Spectrum;
+use crate::observability::{Cut, Spectrum};
 use crate::tiling::Tiling;
 use crate::weak_form::CellSums;
 use nalgebra::{Matrix6, Vector6};
@@ -17,22 +17,48 @@ const SMALLEST_SCALE: f64 = 1e-4;
 /// of the weight that it has at the level of the noise. Small, as creases bias their domains.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// A fit within this many times the noise is not tried again from samples.
-const RESTART_SCALE: f64 = 1.0;
+/// A domain with less weight than this, at the level of the noise, does not move with the rest:
+/// residuals beyond some five sigma.
+const REJECTED: f64 = 0.2;
+/// A fit within this many times the noise is not tried again from samples. Well below one: what
+/// follows a near object instead of walls far away leaves little in the inverse range of the walls.
+const RESTART_SCALE: f64 = 0.5;
 /// A second fit replaces the first where its residual is smaller by this factor.
 const RESTART_GAIN: f64 = 0.7;
-/// With a quarter of the domains wrong, one of so many samples of so many rows is free of them with
-/// a probability of 99 %.
-const SAMPLES: usize = 40;
+/// With 30 % of the domains wrong, one of so many samples of so many rows is free of them with a
+/// probability of 99 %.
+const SAMPLES: usize = 60;
 const SAMPLE_ROWS: usize = 7;
 /// A sample determines less than all domains do.
 const SAMPLE_SCORE: f64 = 0.1;
 
-/// One domain: `rate = coefficients . [omega, v]`, per unit of solid angle.
+/// One domain: `change = coefficients . [omega, v]` of a small motion `[omega, v]` between the
+/// images (radians and metres), per unit of solid angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
-    rate: f64,
+    change: f64,
     coefficients: Vector6<f64>,
+}
+
+/// What is known of the motion apart from the images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Prior {
+    /// Taken by directions that nothing determines: `[omega, v]`, radians and metres.
+    pub(crate) motion: Vector6<f64>,
+    /// Inverse covariance of what is known, and its product with the motion known.
+    pub(crate) information: Matrix6<f64>,
+    pub(crate) gradient: Vector6<f64>,
+}
+
+impl Prior {
+    /// Nothing known: the directions that the images do not determine take the value zero.
+    pub(crate) fn none() -> Self {
+        Self {
+            motion: Vector6::zeros(),
+            information: Matrix6::zeros(),
+            gradient: Vector6::zeros(),
+        }
+    }
 }
 
 /// What the solve gives.
@@ -41,10 +67,14 @@ pub(crate) struct Solution {
     pub(crate) twist: Vector6<f64>,
     /// What the domains let see through the noise.
     pub(crate) spectrum: Spectrum,
-    /// Weighted normal matrix.
+    /// Which directions were estimated.
+    pub(crate) cut: Cut,
+    /// Weighted normal matrix, with the prior's part.
     pub(crate) normal: Matrix6<f64>,
     /// Variance of a residual, weighted: the normal matrix over it is the information.
     pub(crate) variance: f64,
+    /// Share of the domains that the robust weights reject.
+    pub(crate) rejected_share: f64,
     /// Robust residual in units of the expected noise.
     pub(crate) scale: f64,
     /// The same of a camera at rest: what there was to explain.
@@ -58,7 +88,10 @@ pub(crate) struct Solution {
 struct Step {
     twist: Vector6<f64>,
     spectrum: Spectrum,
+    cut: Cut,
     normal: Matrix6<f64>,
+    /// With which the prior was scaled.
+    sigma: f64,
 }
 
 /// Room for the rows and residuals, kept between calls.
@@ -72,24 +105,22 @@ pub(crate) struct RobustSolver {
 impl RobustSolver {
     /// Takes the usable domains; returns how many there are. Every domain weighs the same per
     /// domain mean: the noise of depth cameras is correlated, so that a larger mean is hardly
-    /// better than a smaller one.
-    pub(crate) fn take(
-        &mut self,
-        sums: &[CellSums],
-        tiling: &Tiling,
-        dt_s: f64,
-        share: f64,
-    ) -> usize {
+    /// better than a smaller one. Where the noise depends on the distance, rows are divided by its
+    /// share of [`Config::domain_noise`], which stays the unit of all residuals.
+    pub(crate) fn take(&mut self, sums: &[CellSums], tiling: &Tiling, config: &Config) -> usize {
         self.rows.clear();
-        let mut range = 0.0;
+        let (mut range, share) = (0.0, config.domain_known_share);
         for (cell, &full) in sums.iter().zip(&tiling.full) {
             if cell.count == 0 || f64::from(cell.count) < share * f64::from(full) {
                 continue;
             }
-            let per_area = 1.0 / cell.area;
+            let noise = config
+                .noise
+                .relative(cell.gamma / cell.area, config.domain_noise);
+            let per_area = 1.0 / (cell.area * noise);
             range += cell.area / cell.gamma;
             self.rows.push(Row {
-                rate: cell.change * per_area / dt_s,
+                change: cell.change * per_area,
                 coefficients: Vector6::from(cell.coefficients) * per_area,
             });
         }
@@ -97,18 +128,19 @@ impl RobustSolver {
         self.rows.len()
     }
 
-    /// The twist from nothing: least squares reweighted with Cauchy's weights, and again from the
+    /// The motion from nothing: least squares reweighted with Cauchy's weights, and again from the
     /// best of a few small samples where that leaves more than noise, as a large moving object
     /// drags plain least squares into a wrong minimum. Directions that the domains do not determine
     /// take their value from `prior`.
-    pub(crate) fn solve(&mut self, config: &Config, dt_s: f64, prior: &Vector6<f64>) -> Solution {
-        let start = self.weighted(config, prior, |_| (1.0, 1.0)).twist;
-        let found = self.solve_from(config, dt_s, prior, start);
+    pub(crate) fn solve(&mut self, config: &Config, prior: &Prior) -> Solution {
+        let noise = config.domain_noise;
+        let start = self.weighted(config, prior, noise, |_| (1.0, 1.0)).twist;
+        let found = self.solve_from(config, prior, start);
         if found.scale <= RESTART_SCALE {
             return found;
         }
         let start = self.best_sample(config, prior);
-        let other = self.solve_from(config, dt_s, prior, start);
+        let other = self.solve_from(config, prior, start);
         if other.scale < RESTART_GAIN * found.scale {
             other
         } else {
@@ -120,11 +152,10 @@ impl RobustSolver {
     pub(crate) fn solve_from(
         &mut self,
         config: &Config,
-        dt_s: f64,
-        prior: &Vector6<f64>,
+        prior: &Prior,
         start: Vector6<f64>,
     ) -> Solution {
-        let noise = config.domain_noise / dt_s;
+        let noise = config.domain_noise;
         let mut twist = start;
         let mut step = None;
         for _ in 0..config.sweeps {
@@ -132,27 +163,32 @@ impl RobustSolver {
             let previous = twist;
             // What is observable is judged at the level of the noise: on data without noise the
             // scale is tiny, and a few domains that happen to fit exactly would seem to be all.
-            let found = self.weighted(config, prior, |row| {
+            let found = self.weighted(config, prior, scale.max(noise), |row| {
                 let blunt = cauchy(row, &previous, scale.max(noise));
                 (cauchy(row, &previous, scale) + LEAST_SHARE * blunt, blunt)
             });
             twist = found.twist;
             step = Some(found);
         }
-        let step = step.unwrap_or_else(|| self.weighted(config, prior, |_| (1.0, 1.0)));
+        let step = step.unwrap_or_else(|| self.weighted(config, prior, noise, |_| (1.0, 1.0)));
         let sigma = self.scale(&twist);
         let scale = sigma.max(SMALLEST_SCALE * noise);
-        let squares: f64 = self
-            .rows
-            .iter()
-            .map(|row| cauchy(row, &twist, scale) * residual(row, &twist).powi(2))
-            .sum();
+        let (mut squares, mut rejected) = (0.0, 0);
+        for row in &self.rows {
+            let weight = cauchy(row, &twist, scale);
+            squares += weight * residual(row, &twist).powi(2);
+            rejected += usize::from(cauchy(row, &twist, scale.max(noise)) < REJECTED);
+        }
         let freedom = self.rows.len().saturating_sub(6).max(1) as f64;
+        let variance = (squares / freedom).max((SMALLEST_SCALE * noise).powi(2));
         Solution {
             twist,
             spectrum: step.spectrum,
-            normal: step.normal,
-            variance: (squares / freedom).max((SMALLEST_SCALE * noise).powi(2)),
+            cut: step.cut,
+            // The prior's part over this variance must be the prior's own information.
+            normal: step.normal + prior.information * (variance - step.sigma * step.sigma),
+            variance,
+            rejected_share: f64::from(rejected as u32) / self.rows.len().max(1) as f64,
             scale: sigma / noise,
             scale_at_rest: self.scale(&Vector6::zeros()) / noise,
             domains: self.rows.len(),
@@ -162,8 +198,8 @@ impl RobustSolver {
 
     /// The twist of the small sample that leaves the smallest median residual (least median of
     /// squares, Rousseeuw 1984). The samples are the same in every run.
-    fn best_sample(&mut self, config: &Config, prior: &Vector6<f64>) -> Vector6<f64> {
-        let mut best = (f64::INFINITY, *prior);
+    fn best_sample(&mut self, config: &Config, prior: &Prior) -> Vector6<f64> {
+        let mut best = (f64::INFINITY, prior.motion);
         let mut state = 1_u64;
         for _ in 0..SAMPLES {
             let mut normal = Matrix6::zeros();
@@ -175,15 +211,14 @@ impl RobustSolver {
                     .wrapping_add(1442695040888963407);
                 let row = &self.rows[(state >> 33) as usize % self.rows.len()];
                 normal += row.coefficients * row.coefficients.transpose();
-                right += row.coefficients * row.rate;
+                right += row.coefficients * row.change;
             }
             let spectrum = Spectrum::new(&normal, self.mean_range_m);
-            let twist = spectrum.solve(
-                &normal,
-                &right,
-                SAMPLE_SCORE * config.unobservable_score,
-                prior,
-            );
+            let cut = Cut {
+                score: SAMPLE_SCORE * config.unobservable_score,
+                eigenvalue: 0.0,
+            };
+            let twist = spectrum.solve(&normal, &right, cut, &prior.motion);
             let scale = self.scale(&twist);
             if scale < best.0 {
                 best = (scale, twist);
@@ -193,27 +228,39 @@ impl RobustSolver {
     }
 
     /// One solve; `weights` of a row: in the equations, and in the judgement of what is observable.
+    /// `sigma` is the standard deviation of a residual, which scales the prior's information.
     fn weighted(
         &self,
         config: &Config,
-        prior: &Vector6<f64>,
+        prior: &Prior,
+        sigma: f64,
         weights: impl Fn(&Row) -> (f64, f64),
     ) -> Step {
-        let mut normal = Matrix6::zeros();
-        let mut seen = Matrix6::zeros();
-        let mut right = Vector6::zeros();
+        let known = prior.information * (sigma * sigma);
+        let (mut normal, mut seen) = (known, Matrix6::zeros());
+        let mut right = prior.gradient * (sigma * sigma);
         for row in &self.rows {
             let (sharp, blunt) = weights(row);
             let square = row.coefficients * row.coefficients.transpose();
             normal += square * sharp;
             seen += square * blunt;
-            right += row.coefficients * (sharp * row.rate);
+            right += row.coefficients * (sharp * row.change);
         }
-        let spectrum = Spectrum::new(&seen, self.mean_range_m);
+        let spectrum = if known == Matrix6::zeros() {
+            Spectrum::new(&seen, self.mean_range_m)
+        } else {
+            Spectrum::with_prior(&(seen + known), &seen, self.mean_range_m)
+        };
+        let cut = Cut {
+            score: config.unobservable_score,
+            eigenvalue: (sigma / config.max_std_m).powi(2),
+        };
         Step {
-            twist: spectrum.solve(&normal, &right, config.unobservable_score, prior),
+            twist: spectrum.solve(&normal, &right, cut, &prior.motion),
             spectrum,
+            cut,
             normal,
+            sigma,
         }
     }
 
@@ -232,7 +279,7 @@ impl RobustSolver {
 }
 
 fn residual(row: &Row, twist: &Vector6<f64>) -> f64 {
-    row.rate - row.coefficients.dot(twist)
+    row.change - row.coefficients.dot(twist)
 }
 
 fn cauchy(row: &Row, twist: &Vector6<f64>, scale: f64) -> f64 {

@@ -25,6 +25,8 @@ pub(crate) struct SphereTable {
     optical: BlockRays,
     /// Rays for ranges along the ray.
     along_ray: BlockRays,
+    /// `(x/z, y/z)` of the rays for depths along the optical axis.
+    pub(crate) plane: Vec<[f32; 2]>,
     /// Solid angle of each block, steradian; NaN where the camera does not see all of it.
     pub(crate) area: Vec<f32>,
     /// Edge to the left of block `(x, y)` at `y * (width + 1) + x`.
@@ -68,10 +70,15 @@ impl SphereTable {
                 }
             }),
             along_ray: BlockRays::new(camera, block, size, |ray| ray),
+            plane: Vec::new(),
             area: grid.solid_angle().iter().map(|&a| a as f32).collect(),
             left: Vec::with_capacity((width + 1) * height),
             top: Vec::with_capacity(width * (height + 1)),
         };
+        let optical = table.optical.direction.iter().zip(&table.optical.length);
+        table.plane = optical
+            .map(|(ray, length)| [ray[0] * length, ray[1] * length])
+            .collect();
         for y in 0..=height {
             if y < height {
                 table

@@ -1,48 +1,143 @@
 //! The second image as the camera would see it from where the first was taken.
 
 use crate::binning::InverseDepth;
+use crate::depth_image::Axis;
+use crate::plane_projection::PlaneProjection;
+use crate::row_motion::{self, RollingShutter, RowMotion};
 use crate::sphere_table::SphereTable;
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 use sphereflow_core::Pose;
 use sphereflow_sphere::Camera;
 
-/// The first image's own range is the guess, which the motion found so far makes nearly right: one
-/// step leaves an error of second order in what is still wrong with the motion.
-const FIXED_POINT_STEPS: usize = 1;
+/// Rows that a thread takes at once.
+const ROWS: usize = 16;
 
 /// Looks up a second image from the pose of the first.
 pub(crate) struct Warp<'a> {
+    /// Camera of the averaged image.
     pub(crate) camera: &'a Camera,
+    /// The same in single precision, where there is one.
+    pub(crate) plane: Option<&'a PlaneProjection>,
     pub(crate) table: &'a SphereTable,
     pub(crate) second: &'a InverseDepth,
-    /// `first_from_second`.
+    /// `first_from_second`, at the second's stamp.
     pub(crate) motion: Pose,
+    /// How the second image was read out.
+    pub(crate) shutter: RollingShutter,
     /// Largest spread of the four values of an interpolation, as a share of their mean.
     pub(crate) max_jump: f32,
+    /// The first image's own range is the guess. Each step leaves an error of one order more in
+    /// what is still wrong with the motion.
+    pub(crate) steps: usize,
 }
 
 impl Warp<'_> {
     /// Fills `out` with the inverse depths of the second image on the rays of the first. Where
-    /// `first` is unknown, or the second image does not show the ray's surface, it is NaN.
-    pub(crate) fn fill(&self, first: &InverseDepth, out: &mut InverseDepth) {
+    /// `first` is unknown, or the second image does not show the ray's surface, it is NaN. `rows`
+    /// is working memory.
+    pub(crate) fn fill(
+        &self,
+        first: &InverseDepth,
+        rows: &mut Vec<RowMotion>,
+        out: &mut InverseDepth,
+    ) {
         let width = self.table.width;
-        let rays = self.table.rays(first.axis);
-        let rotation = *self.motion.rotation.to_rotation_matrix().matrix();
+        row_motion::fill(rows, &self.motion, &self.shutter, self.table.height);
         out.axis = first.axis;
         out.values.resize(first.values.len(), f32::NAN);
-        let rows = out.values.par_chunks_mut(width).with_min_len(16);
-        rows.enumerate().for_each(|(y, row)| {
-            for (x, value) in row.iter_mut().enumerate() {
-                let i = y * width + x;
-                let guess = f64::from(rays.length[i] / first.values[i]);
-                let ray = Vector3::from(rays.direction[i].map(f64::from));
-                *value = match self.range_along(&ray, guess, &rotation) {
-                    Some(range) => rays.length[i] / range as f32,
-                    None => f32::NAN,
-                };
-            }
+        let both_along_axis = (first.axis, self.second.axis) == (Axis::Optical, Axis::Optical);
+        let plane = self.plane.filter(|_| both_along_axis);
+        let lines = out.values.par_chunks_mut(width).with_min_len(ROWS);
+        let arch = pulp::Arch::new();
+        lines.enumerate().for_each(|(y, line)| match plane {
+            Some(plane) => arch.dispatch(|| self.fill_on_plane(plane, rows, first, y, line)),
+            None => self.fill_on_sphere(rows, first, y, line),
         });
+    }
+
+    /// One row, for cameras with an image plane and depth along the axis, in single precision.
+    #[inline(always)]
+    fn fill_on_plane(
+        &self,
+        plane: &PlaneProjection,
+        rows: &[RowMotion],
+        first: &InverseDepth,
+        y: usize,
+        line: &mut [f32],
+    ) {
+        let start = y * line.len();
+        let known = &first.values[start..start + line.len()];
+        let points = &self.table.plane[start..start + line.len()];
+        // A pixel's row in the second image is nearly that of its neighbour.
+        let last_row = rows.len() - 1;
+        let mut row = y.min(last_row);
+        for ((value, &guess), point) in line.iter_mut().zip(known).zip(points) {
+            let mut inverse = guess;
+            for _ in 0..self.steps {
+                let motion = &rows[row];
+                // The point, times its inverse depth: no division.
+                let at = motion.to.turn([point[0], point[1], 1.0]);
+                let t = motion.to.translation;
+                let [a, b, c] = [0, 1, 2].map(|k| at[k] + inverse * t[k]);
+                let per_c = 1.0 / c;
+                let (a, b) = (a * per_c, b * per_c);
+                let (u, v) = plane.pixel(a, b);
+                let seen = if c > 0.0 {
+                    self.bilinear(u, v)
+                } else {
+                    f32::NAN
+                };
+                row = (v.max(0.0) as usize).min(last_row); // 0 for NaN
+                let back = &rows[row].back;
+                let r = back.rotation[2];
+                inverse = seen / (r[0] * a + r[1] * b + r[2] + seen * back.translation[2]);
+            }
+            *value = if inverse > 0.0 { inverse } else { f32::NAN };
+        }
+    }
+
+    /// Bilinear value of the second image at a pixel; NaN outside, next to a hole or across a jump.
+    #[inline(always)]
+    fn bilinear(&self, u: f32, v: f32) -> f32 {
+        let (width, height) = (self.table.width, self.table.height);
+        // false for NaN
+        if !(u >= 0.0 && v >= 0.0 && u < (width - 1) as f32 && v < (height - 1) as f32) {
+            return f32::NAN;
+        }
+        let (x, y) = (u as usize, v as usize);
+        let (u, v) = (u - x as f32, v - y as f32);
+        let i = y * width + x;
+        let values = &self.second.values;
+        let (a, b) = (values[i], values[i + 1]);
+        let (c, d) = (values[i + width], values[i + width + 1]);
+        let (top, bottom) = (a + (b - a) * u, c + (d - c) * u);
+        let value = top + (bottom - top) * v;
+        let low = a.min(b).min(c.min(d));
+        let high = a.max(b).max(c.max(d));
+        // A NaN among the four makes `value` NaN and fails the comparison.
+        if high - low <= self.max_jump * value {
+            value
+        } else {
+            f32::NAN
+        }
+    }
+
+    /// One row, for every camera and either kind of distance.
+    fn fill_on_sphere(&self, rows: &[RowMotion], first: &InverseDepth, y: usize, line: &mut [f32]) {
+        let width = line.len();
+        let rays = self.table.rays(first.axis);
+        let last_row = rows.len() - 1;
+        let mut row = y.min(last_row);
+        for (x, value) in line.iter_mut().enumerate() {
+            let i = y * width + x;
+            let guess = f64::from(rays.length[i] / first.values[i]);
+            let ray = Vector3::from(rays.direction[i].map(f64::from));
+            *value = match self.range_along(&ray, guess, rows, &mut row) {
+                Some(range) => rays.length[i] / range as f32,
+                None => f32::NAN,
+            };
+        }
     }
 
     /// Range of the second image's surface along a ray of the first, beginning at a guess.
@@ -50,17 +145,22 @@ impl Warp<'_> {
         &self,
         ray: &Vector3<f64>,
         guess_m: f64,
-        rotation: &Matrix3<f64>,
+        rows: &[RowMotion],
+        row: &mut usize,
     ) -> Option<f64> {
         if !guess_m.is_finite() {
             return None;
         }
         let mut range = guess_m;
-        for _ in 0..FIXED_POINT_STEPS {
-            let point = rotation.tr_mul(&(ray * range - self.motion.translation));
+        for _ in 0..self.steps {
+            let (rotation, translation) = double(&rows[*row].back);
+            let point = rotation.tr_mul(&(ray * range - translation));
             let towards = point / point.norm();
-            let inverse = self.sample(&self.camera.project(&point)?, &towards)?;
-            range = ray.dot(&(rotation * (towards / inverse) + self.motion.translation));
+            let pixel = self.camera.project(&point)?;
+            *row = (pixel.y.max(0.0) as usize).min(rows.len() - 1);
+            let inverse = self.sample(&pixel, &towards)?;
+            let (rotation, translation) = double(&rows[*row].back);
+            range = ray.dot(&(rotation * (towards / inverse) + translation));
         }
         (range > 0.0).then_some(range)
     }
@@ -103,6 +203,14 @@ impl Warp<'_> {
         let at = |x: isize, y: isize| (y * width + x) as usize;
         Some([at(x0, y), at(x1, y), at(x0, y + 1), at(x1, y + 1)])
     }
+}
+
+fn double(rigid: &row_motion::Rigid) -> (Matrix3<f64>, Vector3<f64>) {
+    let r = rigid.rotation;
+    (
+        Matrix3::from_fn(|i, j| f64::from(r[i][j])),
+        Vector3::from(rigid.translation.map(f64::from)),
+    )
 }
 
 fn bilinear(corners: [f64; 4], u: f64, v: f64) -> f64 {

@@ -90,6 +90,11 @@ impl WeakForm<'_> {
     pub(crate) fn accumulate(&self, sums: &mut Vec<CellSums>) {
         sums.clear();
         sums.resize(self.tiling.cells, CellSums::default());
+        pulp::Arch::new().dispatch(|| self.add_all(sums));
+    }
+
+    #[inline(always)]
+    fn add_all(&self, sums: &mut [CellSums]) {
         for y in 0..self.table.height {
             self.add_insides(y, sums);
             self.add_upright_edges(y, sums);
@@ -99,6 +104,7 @@ impl WeakForm<'_> {
         }
     }
 
+    #[inline(always)]
     fn add_insides(&self, y: usize, sums: &mut [CellSums]) {
         let (width, row) = (self.table.width, self.tiling.row[y]);
         let mut x = 0;
@@ -121,7 +127,7 @@ impl WeakForm<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn add_inside(&self, i: usize, sum: &mut CellSums) {
         let mean = self.pair.mean[i];
         if mean.is_nan() {
@@ -140,6 +146,7 @@ impl WeakForm<'_> {
     }
 
     /// Edges between neighbours of a row. An edge inside a domain cancels and is left out.
+    #[inline(always)]
     fn add_upright_edges(&self, y: usize, sums: &mut [CellSums]) {
         let (width, row) = (self.table.width, self.tiling.row[y]);
         let at = |x: isize| self.index(x, y);
@@ -161,6 +168,7 @@ impl WeakForm<'_> {
     }
 
     /// Edges between the rows `y - 1` and `y`.
+    #[inline(always)]
     fn add_level_edges(&self, y: usize, sums: &mut [CellSums]) {
         let (width, height) = (self.table.width, self.table.height);
         let at = |x: usize, y: Option<usize>| y.filter(|&y| y < height).map(|y| y * width + x);
@@ -193,7 +201,7 @@ impl WeakForm<'_> {
             .then(|| y * self.table.width + x as usize)
     }
 
-    #[inline]
+    #[inline(always)]
     fn known(&self, i: Option<usize>) -> bool {
         i.is_some_and(|i| !self.pair.mean[i].is_nan())
     }
@@ -225,7 +233,7 @@ impl WeakForm<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn add_edge(
         &self,
         edge: &Edge,

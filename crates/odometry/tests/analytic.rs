@@ -6,7 +6,7 @@ mod scene;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use scene::{DT_S, Scene, measure, pinhole, somewhere, twist};
 use sphereflow_core::{Pose, TrackStatus, Twist};
-use sphereflow_odometry::{Config, VelocityEstimate, VelocityEstimator, twist_from_pose};
+use sphereflow_odometry::{Config, Method, VelocityEstimate, VelocityEstimator, twist_from_pose};
 use sphereflow_sphere::Camera;
 
 /// What exact depth at 30 Hz must give, m/s and rad/s: the acceptance figure of the method.
@@ -16,10 +16,7 @@ const EXACT: f64 = 1e-3;
 const EXACT_SINGLE_PASS: f64 = 3e-3;
 
 fn single_pass() -> Config {
-    Config {
-        warps: 0,
-        ..Config::default()
-    }
+    Config::of(Method::Single)
 }
 
 fn errors(estimate: &VelocityEstimate, truth: &Twist) -> (f64, f64) {
@@ -81,8 +78,8 @@ fn estimate_general_motion_is_exact_for_every_camera() {
             let estimate = measure(&Scene::room(), &camera, &motion, &config);
             let (w, v) = errors(&estimate, &motion);
             println!(
-                "{name}, {} warps: {w:.1e} rad/s {v:.1e} m/s, score {:.3}",
-                config.warps, estimate.score
+                "{name}, {} levels: {w:.1e} rad/s {v:.1e} m/s, score {:.3}",
+                config.levels, estimate.score
             );
             assert!(w < bound && v < bound, "{name}: {w} rad/s, {v} m/s");
         }
@@ -120,10 +117,7 @@ fn estimate_of_turned_camera_is_the_turned_estimate() {
 #[test]
 fn estimate_of_fast_motion_needs_warping_and_is_exact_with_it() {
     let motion = twist([1.0, -1.5, 0.8, 1.2, -0.6, 1.0]);
-    let config = Config {
-        warps: 5,
-        ..Config::default()
-    };
+    let config = Config::default();
     let (w, v) = errors(
         &measure(&Scene::room(), &pinhole(), &motion, &config),
         &motion,

@@ -6,7 +6,7 @@ mod scene;
 use scene::{DT_S, Scene, pinhole, somewhere, twist};
 use sphereflow_core::{DepthMap, Plane, Pose, Reason, Stamp, TrackStatus, Twist};
 use sphereflow_odometry::{
-    Config, DepthOdometry, OdometryResult, estimate_velocity, pose_from_twist,
+    Config, DepthOdometry, OdometryConfig, OdometryResult, estimate_velocity, pose_from_twist,
 };
 
 const FRAME_NS: i64 = 33_333_333;
@@ -33,7 +33,7 @@ fn push(odometry: &mut DepthOdometry, depth: &DepthMap, i: i64) -> OdometryResul
 }
 
 fn odometry() -> DepthOdometry {
-    DepthOdometry::new(&pinhole(), Config::default()).unwrap()
+    DepthOdometry::new(&pinhole(), OdometryConfig::default()).unwrap()
 }
 
 /// Exact depth over a few frames, metres and radians.

@@ -93,6 +93,23 @@ pub fn stamps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Stamp>> {
         .collect())
 }
 
+/// Indices, `(N,)`, none negative.
+pub fn indices(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<usize>> {
+    let array =
+        contiguous(value, name, "int64", "iu", " (indices)")?.cast_into::<PyArrayDyn<i64>>()?;
+    check_shape(name, array.shape(), &[None])?;
+    let negative = |index: i64| {
+        let text = format!("{name}: expected indices, 0 or more, found {index}");
+        exception(Kind::Value, text)
+    };
+    array
+        .readonly()
+        .as_slice()?
+        .iter()
+        .map(|&index| usize::try_from(index).map_err(|_| negative(index)))
+        .collect()
+}
+
 /// A depth or range image `(H, W)` in metres. Integers are refused: they are raw counts, not metres.
 pub fn metres(
     value: &Bound<'_, PyAny>,
@@ -135,4 +152,22 @@ pub fn colour(
     let (pixels, _) = view.as_slice()?.as_chunks::<3>();
     Plane::from_vec(width, height, pixels.to_vec())
         .map_err(|error| crate::errors::core_error(&error))
+}
+
+/// Brightness 0 to 255 of a grey `(H, W)` or RGB `(H, W, 3)` image of bytes or floats.
+pub fn brightness(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    size: (usize, usize),
+) -> PyResult<Plane<f32>> {
+    let (width, height) = size;
+    let dimensions: usize = value.getattr("ndim").and_then(|v| v.extract()).unwrap_or(2);
+    if dimensions == 3 {
+        return Ok(sphereflow_core::grey(&colour(value, name, Some(size))?));
+    }
+    let hint = " (grey (H, W) or RGB (H, W, 3), 0 to 255)";
+    let array = contiguous(value, name, "float32", "fu", hint)?.cast_into::<PyArrayDyn<f32>>()?;
+    check_shape(name, array.shape(), &[Some(height), Some(width)])?;
+    let data = array.readonly().as_slice()?.to_vec();
+    Plane::from_vec(width, height, data).map_err(|error| crate::errors::core_error(&error))
 }

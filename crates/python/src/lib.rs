@@ -1,6 +1,8 @@
 //! The Python module `sphereflow._native`: argument checks, views, error mapping; no arithmetic on pixels.
 
 mod arrays;
+mod attitude;
+mod calibration;
 mod camera;
 mod depth;
 mod depth_thesis;
@@ -8,11 +10,18 @@ mod errors;
 mod flow;
 mod frame;
 mod grid;
+mod information;
+mod navigation;
+mod observers;
 mod odometry;
+mod pose_graph;
+mod range_flow;
 mod recording;
+mod self_calibration;
 mod sim;
 mod simulated_frame;
 mod slam;
+mod solver;
 mod trajectory;
 mod velocity;
 
@@ -23,6 +32,10 @@ use pyo3::prelude::*;
 mod _native {
     use super::*;
 
+    #[pymodule_export]
+    use crate::attitude::{PyAttitudeFilter, PyAttitudeRun, PyAttitudeState, PyVisualAttitude};
+    #[pymodule_export]
+    use crate::calibration::{calibrate_camera_imu, calibrate_imu_still, calibrate_mag_ellipsoid};
     #[pymodule_export]
     use crate::camera::PyCamera;
     #[pymodule_export]
@@ -38,15 +51,31 @@ mod _native {
     #[pymodule_export]
     use crate::grid::PySphereGrid;
     #[pymodule_export]
-    use crate::odometry::{PyDepthOdometry, PyOdometryResult};
+    use crate::information::{PyInformation, py_information};
+    #[pymodule_export]
+    use crate::navigation::{PyNavigationFilter, PyNavigationState};
+    #[pymodule_export]
+    use crate::observers::{
+        PyImuBiasEstimator, PyImuBiasState, PyVelocityBiasEstimator, PyVelocityBiasState,
+    };
+    #[pymodule_export]
+    use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
+    #[pymodule_export]
+    use crate::pose_graph::PyPoseGraph;
+    #[pymodule_export]
+    use crate::range_flow::PyRangeFlow;
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
+    #[pymodule_export]
+    use crate::self_calibration::{PySelfCalibration, PySelfCalibrator};
     #[pymodule_export]
     use crate::sim::PySimulator;
     #[pymodule_export]
     use crate::simulated_frame::{PySimulatedFrame, PySimulatedFrames};
     #[pymodule_export]
     use crate::slam::PyVoxelCloud;
+    #[pymodule_export]
+    use crate::solver::{PyBundleProblem, PySolverResult};
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
     #[pymodule_export]

@@ -2,14 +2,16 @@
 
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, core_error, exception};
-use crate::trajectory::pose_matrix;
-use crate::velocity::{Image, config, matrix6, reason, vector3};
+use crate::trajectory::{PyTrajectory, pose_matrix};
+use crate::velocity::{Image, config, deviation, matrix6, reason, vector3, vector3_of};
 use nalgebra::{Matrix6, Vector3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_core::{Stamp, Twist};
-use sphereflow_odometry::{DepthOdometry, Error, OdometryResult};
+use sphereflow_odometry::{
+    CovarianceModel, DepthOdometry, Error, Gyro, OdometryConfig, OdometryResult, OptimiseReport,
+};
 
 impl<T> IntoPython<T> for Result<T, Error> {
     fn into_python(self) -> PyResult<T> {
@@ -21,7 +23,7 @@ impl<T> IntoPython<T> for Result<T, Error> {
 
 /// What became of one frame.
 #[pyclass(name = "OdometryResult", module = "sphereflow.odometry", frozen)]
-pub struct PyOdometryResult(OdometryResult);
+pub struct PyOdometryResult(pub OdometryResult);
 
 impl PyOdometryResult {
     fn part(&self, take: impl Fn(&Twist) -> Vector3<f64>) -> Vector3<f64> {
@@ -103,6 +105,46 @@ impl PyOdometryResult {
             .map_or(f64::NAN, |estimate| estimate.score)
     }
 
+    /// Number of the keyframe that the frame was measured against; None where not measured.
+    #[getter]
+    fn keyframe(&self) -> Option<usize> {
+        self.0.keyframe_motion.map(|motion| motion.keyframe)
+    }
+
+    /// Pose of the camera in its keyframe's frame, (4, 4); None where not measured.
+    #[getter]
+    fn keyframe_from_camera<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let motion = self.0.keyframe_motion;
+        motion
+            .map(|motion| pose_matrix(py, &motion.keyframe_from_camera))
+            .transpose()
+    }
+
+    /// Covariance of `keyframe_from_camera`, order [rotation, translation], radians and metres, in
+    /// the keyframe's frame, (6, 6); None where not measured.
+    #[getter]
+    fn keyframe_covariance<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let motion = self.0.keyframe_motion;
+        motion
+            .map(|motion| matrix6(py, &motion.covariance))
+            .transpose()
+    }
+
+    /// Share of the domains that do not move with the rest: moving objects; NaN where not measured.
+    #[getter]
+    fn rejected_share(&self) -> f64 {
+        self.0
+            .estimate
+            .as_ref()
+            .map_or(f64::NAN, |estimate| estimate.rejected_share)
+    }
+
     /// Grows by one where the chain of measurements breaks.
     #[getter]
     fn segment(&self) -> u32 {
@@ -127,17 +169,73 @@ impl PyOdometryResult {
     }
 }
 
+/// What comparing the keyframes gave.
+#[pyclass(name = "OptimiseReport", module = "sphereflow.odometry", frozen)]
+pub struct PyOptimiseReport(OptimiseReport);
+
+#[pymethods]
+impl PyOptimiseReport {
+    /// Keyframes of the run.
+    #[getter]
+    fn keyframes(&self) -> usize {
+        self.0.keyframes
+    }
+
+    /// Pairs of keyframes whose motion was measured.
+    #[getter]
+    fn edges(&self) -> usize {
+        self.0.edges
+    }
+
+    /// Those that do not fit the others, and hardly count.
+    #[getter]
+    fn rejected(&self) -> usize {
+        self.0.rejected
+    }
+
+    /// Pairs that were compared without result.
+    #[getter]
+    fn failed(&self) -> usize {
+        self.0.failed
+    }
+
+    /// False where the fit did not settle.
+    #[getter]
+    fn converged(&self) -> bool {
+        self.0.converged
+    }
+
+    /// Largest change of a keyframe's position, metres.
+    #[getter]
+    fn largest_change_m(&self) -> f64 {
+        self.0.largest_change_m
+    }
+
+    fn __repr__(&self) -> String {
+        format!("{:?}", self.0)
+    }
+}
+
 /// Poses of a moving depth camera, one frame at a time.
 ///
-/// The world is the camera frame of the first frame. Each frame is measured against the one before;
-/// drift grows with time. Results are the same for any number of threads.
+/// The world is the camera frame of the first frame. Each frame is measured against a keyframe, so
+/// that errors do not add up frame by frame; `optimise` compares the keyframes with each other at
+/// the end. Results are the same for any number of threads.
 ///
 /// Parameters
 /// ----------
 /// camera : Camera
 ///     The depth camera, any model.
-/// method, along, warps, domains
+/// method, along, domains, max_std_m, noise
 ///     As in `estimate_velocity`.
+/// keyframes : bool
+///     False measures every frame against the one before.
+/// readout_s : float
+///     Rolling shutter: seconds between the exposures of the first and the last row, the stamp being
+///     the middle row's; 0 where all rows are exposed at once, 0.03 for a Kinect v1.
+/// depth_corrected : bool
+///     True where the depth's distortion was calibrated: the covariance then has no part that grows
+///     with the motion.
 #[pyclass(name = "DepthOdometry", module = "sphereflow.odometry")]
 pub struct PyDepthOdometry {
     odometry: DepthOdometry,
@@ -148,15 +246,30 @@ pub struct PyDepthOdometry {
 #[pymethods]
 impl PyDepthOdometry {
     #[new]
-    #[pyo3(signature = (camera, *, method = "single", along = "axis", warps = None, domains = None))]
+    #[pyo3(signature = (camera, *, method = "pyramid", along = "axis", domains = None,
+        max_std_m = None, keyframes = true, readout_s = 0.0, depth_corrected = false,
+        noise = "disparity"))]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         camera: &PyCamera,
         method: &str,
         along: &str,
-        warps: Option<usize>,
         domains: Option<usize>,
+        max_std_m: Option<f64>,
+        keyframes: bool,
+        readout_s: f64,
+        depth_corrected: bool,
+        noise: &str,
     ) -> PyResult<Self> {
-        let config = config(method, warps, domains)?;
+        let mut config = OdometryConfig {
+            alignment: config(method, domains, max_std_m, noise)?,
+            readout_s,
+            ..OdometryConfig::default()
+        };
+        config.keyframes.enabled = keyframes;
+        if depth_corrected {
+            config.alignment.covariance = CovarianceModel::calibrated();
+        }
         if !matches!(along, "axis" | "ray") {
             let text = format!("along: expected 'axis' (depth) or 'ray' (range), found '{along}'");
             return Err(exception(Kind::Value, text));
@@ -174,6 +287,12 @@ impl PyDepthOdometry {
         self.camera.clone()
     }
 
+    /// Keyframes so far.
+    #[getter]
+    fn keyframe_count(&self) -> usize {
+        self.odometry.keyframe_count()
+    }
+
     /// The next frame.
     ///
     /// Parameters
@@ -182,6 +301,10 @@ impl PyDepthOdometry {
     ///     Metres, NaN or zero unknown; None where the frame has no depth image.
     /// stamp_ns : int
     ///     Nanoseconds. A stamp that does not increase is skipped, with a reason.
+    /// gyro_rad_s : array_like, (3,), optional
+    ///     Mean angular velocity since the last measured frame, bias removed, in the camera's frame.
+    /// gyro_std_rad_s : float
+    ///     Its standard deviation; 0 holds the rotation fixed.
     ///
     /// Returns
     /// -------
@@ -192,23 +315,69 @@ impl PyDepthOdometry {
     ///
     /// Raises
     /// ------
-    /// ShapeError, DtypeError
-    ///     Naming `depth_m`; the odometry is as before.
+    /// ShapeError, DtypeError, ValueRangeError
+    ///     Naming the argument; the odometry is as before.
+    #[pyo3(signature = (depth_m, stamp_ns, *, gyro_rad_s = None, gyro_std_rad_s = 3e-3))]
     fn push(
         &mut self,
         py: Python<'_>,
         depth_m: Option<&Bound<'_, PyAny>>,
         stamp_ns: i64,
+        gyro_rad_s: Option<&Bound<'_, PyAny>>,
+        gyro_std_rad_s: f64,
     ) -> PyResult<PyOdometryResult> {
         let stamp = Stamp::from_ns(stamp_ns);
+        let std_rad_s = deviation(gyro_std_rad_s, "gyro_std_rad_s", true)?;
+        let rate = gyro_rad_s
+            .map(|v| vector3_of(v, "gyro_rad_s"))
+            .transpose()?;
         let Some(depth_m) = depth_m else {
             return Ok(PyOdometryResult(self.odometry.push_without_depth(stamp)));
         };
+        let gyro = rate.map(|rate_rad_s| Gyro {
+            rate_rad_s,
+            std_rad_s,
+        });
         let size = (self.camera.0.width(), self.camera.0.height());
         let image = Image::new(depth_m, "depth_m", size, &self.along)?;
         let odometry = &mut self.odometry;
-        py.detach(|| odometry.push(image.view(), stamp))
+        py.detach(|| odometry.push_with_gyro(image.view(), stamp, gyro))
             .into_python()
             .map(PyOdometryResult)
+    }
+
+    /// Compare keyframes that see the same surface and fit all poses to the measured motions.
+    ///
+    /// `trajectory` then has the corrected poses; results of `push` stay as they were, and later
+    /// frames go on from the corrected ones.
+    ///
+    /// Parameters
+    /// ----------
+    /// progress : callable, optional
+    ///     Called with the keyframes done and the keyframes in all.
+    #[pyo3(signature = (progress = None))]
+    fn optimise(
+        &mut self,
+        py: Python<'_>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<PyOptimiseReport> {
+        let odometry = &mut self.odometry;
+        let mut failure = None;
+        let report = py.detach(|| {
+            odometry.optimise_with(|done, total| {
+                if let (Some(progress), true) = (&progress, failure.is_none()) {
+                    failure = Python::attach(|py| progress.call1(py, (done, total)).err());
+                }
+            })
+        });
+        match failure {
+            Some(error) => Err(error),
+            None => Ok(PyOptimiseReport(report)),
+        }
+    }
+
+    /// Poses of all frames that have one: those of `push`, corrected once `optimise` was called.
+    fn trajectory(&self) -> PyResult<PyTrajectory> {
+        self.odometry.trajectory().into_python().map(PyTrajectory)
     }
 }

@@ -16,7 +16,7 @@ use std::sync::Mutex;
 
 /// A recording on disk: TUM RGB-D, 7-Scenes or EuRoC (inertial only).
 #[pyclass(name = "Recording", module = "sphereflow.io", frozen)]
-pub struct PyRecording(Recording);
+pub struct PyRecording(pub Recording);
 
 /// Vectors as an (N, 3) array.
 pub fn rows3<'py>(
@@ -98,12 +98,19 @@ impl PyRecording {
         self.0.depth_scale()
     }
 
-    /// Rolling shutter read-out time, seconds, where the calibration gives one.
+    /// Rolling shutter read-out time, seconds, where the calibration gives one: row y of H is exposed
+    /// (y / H - 1/2) readout_s after the stamp.
     #[getter]
     fn readout_s(&self) -> Option<f64> {
         self.0
             .calibration()
             .and_then(|calibration| calibration.readout_s)
+    }
+
+    /// True where the calibration corrects depth: the frames' depth is then not the stored one.
+    #[getter]
+    fn depth_corrected(&self) -> bool {
+        self.0.depth_corrected()
     }
 
     /// World from camera, where the recording has a truth.

@@ -1,6 +1,6 @@
 //! `estimate_velocity`: the velocity between two depth images.
 
-use crate::arrays::metres;
+use crate::arrays::{brightness, floats, metres};
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use nalgebra::{Matrix6, Vector3, Vector6};
@@ -8,7 +8,12 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_core::{DepthMap, RangeMap, TrackStatus, Twist};
-use sphereflow_odometry::{Config, DepthImage, VelocityEstimate, estimate_velocity};
+use sphereflow_odometry::{
+    Also, Config, DepthImage, Gyro, Method, NoiseModel, ThesisConfig, ThesisEstimator,
+    VelocityEstimate, VelocityEstimator, VelocityPrior,
+};
+use sphereflow_sphere::Camera;
+use std::sync::Mutex;
 
 /// A depth image of the camera's size: along the axis, or along the ray where `along == "ray"`.
 pub enum Image {
@@ -58,7 +63,7 @@ pub fn reason(status: &TrackStatus) -> Option<String> {
 
 /// What two depth images say of the camera's velocity.
 #[pyclass(name = "VelocityEstimate", module = "sphereflow.odometry", frozen)]
-pub struct PyVelocityEstimate(VelocityEstimate);
+pub struct PyVelocityEstimate(pub VelocityEstimate);
 
 impl PyVelocityEstimate {
     fn part(&self, take: impl Fn(&Twist) -> Vector3<f64>) -> Vector3<f64> {
@@ -107,7 +112,8 @@ impl PyVelocityEstimate {
         self.0.score
     }
 
-    /// Poorly determined directions: dicts with direction (6,), std_m_s, score, estimated.
+    /// Poorly determined directions: dicts with direction (6,), std_m_s, score, estimated,
+    /// name ("translation along (1.00, 0.00, 0.00)").
     #[getter]
     fn weak_directions<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let entry = |weak: &sphereflow_odometry::WeakDirection| {
@@ -117,6 +123,7 @@ impl PyVelocityEstimate {
             dict.set_item("std_m_s", weak.std_m_s)?;
             dict.set_item("score", weak.score)?;
             dict.set_item("estimated", weak.estimated)?;
+            dict.set_item("name", weak.name())?;
             Ok(dict)
         };
         self.0.weak_directions.iter().map(entry).collect()
@@ -126,6 +133,24 @@ impl PyVelocityEstimate {
     #[getter]
     fn known_share(&self) -> f64 {
         self.0.known_share
+    }
+
+    /// Share of the first image's surface within the second, 0 to 1; NaN where nothing was solved.
+    #[getter]
+    fn overlap(&self) -> f64 {
+        self.0.overlap
+    }
+
+    /// Median displacement, pixels; NaN where nothing was solved.
+    #[getter]
+    fn flow_px(&self) -> f64 {
+        self.0.flow_px
+    }
+
+    /// Share of the domains that do not move with the rest, 0 to 1: moving objects.
+    #[getter]
+    fn rejected_share(&self) -> f64 {
+        self.0.rejected_share
     }
 
     /// Usable domains.
@@ -149,19 +174,82 @@ impl PyVelocityEstimate {
     }
 }
 
-pub fn config(method: &str, warps: Option<usize>, domains: Option<usize>) -> PyResult<Config> {
-    if method != "single" {
-        return Err(exception(
-            Kind::Value,
-            format!("method: expected 'single', found '{method}'"),
-        ));
-    }
-    let default = Config::default();
+pub fn config(
+    method: &str,
+    domains: Option<usize>,
+    max_std_m: Option<f64>,
+    noise: &str,
+) -> PyResult<Config> {
+    let noise = match noise {
+        "disparity" => NoiseModel::Disparity,
+        "time_of_flight" => NoiseModel::time_of_flight(),
+        _ => {
+            let text = format!("noise: expected 'disparity' or 'time_of_flight', found '{noise}'");
+            return Err(exception(Kind::Value, text));
+        }
+    };
+    let method = match method {
+        "pyramid" => Method::Pyramid,
+        "single" => Method::Single,
+        _ => {
+            return Err(exception(
+                Kind::Value,
+                format!(
+                    "method: expected 'pyramid', 'single' (or, for a pair, 'thesis'), found '{method}'"
+                ),
+            ));
+        }
+    };
+    let default = Config::of(method);
     Ok(Config {
-        warps: warps.unwrap_or(default.warps),
         domains: domains.unwrap_or(default.domains),
+        max_std_m: max_std_m.unwrap_or(default.max_std_m),
+        noise,
         ..default
     })
+}
+
+/// Three finite numbers.
+pub fn vector3_of(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vector3<f64>> {
+    let array = floats(value, name, &[Some(3)])?;
+    let vector = Vector3::from_column_slice(array.as_slice()?);
+    if vector.iter().all(|v| v.is_finite()) {
+        return Ok(vector);
+    }
+    let found = vector.as_slice();
+    let text = format!("{name}: expected three finite numbers, found {found:?}");
+    Err(exception(Kind::Value, text))
+}
+
+/// A standard deviation: positive and finite, or zero where `or_zero`.
+pub fn deviation(value: f64, name: &str, or_zero: bool) -> PyResult<f64> {
+    if value.is_finite() && (value > 0.0 || (or_zero && value == 0.0)) {
+        return Ok(value);
+    }
+    let least = if or_zero { "not negative" } else { "positive" };
+    let text = format!("{name}: expected a standard deviation that is {least}, found {value}");
+    Err(exception(Kind::Value, text))
+}
+
+/// The estimator of the last call: its tables take longer to build than a pair to measure.
+static KEPT: Mutex<Option<VelocityEstimator>> = Mutex::new(None);
+
+/// The kept estimator where it is for this camera and these settings, a new one otherwise.
+fn kept_estimator(
+    camera: &Camera,
+    config: Config,
+) -> Result<VelocityEstimator, sphereflow_odometry::Error> {
+    let kept = KEPT.lock().ok().and_then(|mut kept| kept.take());
+    match kept.filter(|kept| kept.camera() == camera && *kept.config() == config) {
+        Some(estimator) => Ok(estimator),
+        None => VelocityEstimator::new(camera, config),
+    }
+}
+
+fn keep(estimator: VelocityEstimator) {
+    if let Ok(mut kept) = KEPT.lock() {
+        *kept = Some(estimator);
+    }
 }
 
 /// Velocity of a camera from two of its depth images: the geometric flow of Chapter 6.
@@ -174,14 +262,33 @@ pub fn config(method: &str, warps: Option<usize>, domains: Option<usize>) -> PyR
 ///     Metres; NaN, zero or negative is unknown. Integers are refused: raw counts are not metres.
 /// dt_s : float
 ///     Seconds from the first to the second image.
-/// method : {'single'}
-///     One robust solve, then `warps` more on the second image warped by the estimate.
+/// method : {'pyramid', 'single', 'thesis'}
+///     'pyramid': robust solves from coarse to fine, the second image warped by the estimate before
+///     each. 'single': one robust solve, for slow motions. 'thesis': the thesis's own balance (6.3) in
+///     plain least squares, to reproduce it; pinhole and FOV cameras only.
 /// along : {'axis', 'ray'}
 ///     What the images hold: depth along the optical axis, or range along the ray (360 degrees).
-/// warps : int, optional
-///     Further solves; 2 where absent.
 /// domains : int, optional
-///     Number of domains; 500 where absent.
+///     Number of domains; 500 where absent, 200 for 'thesis'.
+/// gyro_rad_s : array_like, (3,), optional
+///     Angular velocity from a gyroscope, bias removed, in the camera's frame.
+/// gyro_std_rad_s : float
+///     Its standard deviation; 0 holds the rotation fixed.
+/// prior_m_s : array_like, (3,), optional
+///     Linear velocity known from elsewhere, body frame.
+/// prior_std_m_s : float
+///     Its standard deviation.
+/// image0, image1 : array_like, (H, W) or (H, W, 3), optional
+///     Brightness 0 to 255 of both images, registered to the depth: a second conserved field, which
+///     makes planes and corridors observable. Both or none.
+/// brightness_weight : float, optional
+///     What a block's brightness counts, as a share of an independent measurement; 0.003 where absent.
+/// max_std_m : float, optional
+///     Directions whose predicted standard deviation over the pair is above this, in metres, are
+///     held at what was known before, and the status says so.
+/// noise : {'disparity', 'time_of_flight'}
+///     How the depth's noise depends on the distance: 'disparity' (structured light, stereo) is the
+///     same in 1/Z at all distances, 'time_of_flight' has 2 mm and 0.1 % of the range.
 ///
 /// Returns
 /// -------
@@ -197,8 +304,10 @@ pub fn config(method: &str, warps: Option<usize>, domains: Option<usize>) -> PyR
 #[pyfunction]
 #[pyo3(
     name = "estimate_velocity",
-    signature = (camera, depth0_m, depth1_m, dt_s, *, method = "single", along = "axis",
-        warps = None, domains = None)
+    signature = (camera, depth0_m, depth1_m, dt_s, *, method = "pyramid", along = "axis",
+        domains = None, gyro_rad_s = None, gyro_std_rad_s = 3e-3, prior_m_s = None,
+        prior_std_m_s = 0.1, image0 = None, image1 = None, brightness_weight = None,
+        max_std_m = None, noise = "disparity")
 )]
 #[allow(clippy::too_many_arguments)]
 pub fn py_estimate_velocity(
@@ -209,14 +318,84 @@ pub fn py_estimate_velocity(
     dt_s: f64,
     method: &str,
     along: &str,
-    warps: Option<usize>,
     domains: Option<usize>,
+    gyro_rad_s: Option<&Bound<'_, PyAny>>,
+    gyro_std_rad_s: f64,
+    prior_m_s: Option<&Bound<'_, PyAny>>,
+    prior_std_m_s: f64,
+    image0: Option<&Bound<'_, PyAny>>,
+    image1: Option<&Bound<'_, PyAny>>,
+    brightness_weight: Option<f64>,
+    max_std_m: Option<f64>,
+    noise: &str,
 ) -> PyResult<PyVelocityEstimate> {
-    let config = config(method, warps, domains)?;
     let size = (camera.0.width(), camera.0.height());
     let first = Image::new(depth0_m, "depth0_m", size, along)?;
     let second = Image::new(depth1_m, "depth1_m", size, along)?;
-    py.detach(|| estimate_velocity(&camera.0, first.view(), second.view(), dt_s, &config))
-        .into_python()
-        .map(PyVelocityEstimate)
+    if method == "thesis" {
+        let also = [
+            ("gyro_rad_s", gyro_rad_s.is_some()),
+            ("prior_m_s", prior_m_s.is_some()),
+            ("image0, image1", image0.is_some() || image1.is_some()),
+            ("max_std_m", max_std_m.is_some()),
+            ("noise", noise != "disparity"),
+        ];
+        if let Some((name, _)) = also.iter().find(|(_, given)| *given) {
+            let text = format!("{name}: expected none with method 'thesis', which cannot use it");
+            return Err(exception(Kind::Value, text));
+        }
+        let default = ThesisConfig::default();
+        let config = ThesisConfig {
+            domains: domains.unwrap_or(default.domains),
+            ..default
+        };
+        return py
+            .detach(|| {
+                ThesisEstimator::new(&camera.0, config)?.estimate(first.view(), second.view(), dt_s)
+            })
+            .into_python()
+            .map(PyVelocityEstimate);
+    }
+    let mut config = config(method, domains, max_std_m, noise)?;
+    config.brightness_weight = brightness_weight.unwrap_or(config.brightness_weight);
+    let gyro = gyro_rad_s
+        .map(|v| vector3_of(v, "gyro_rad_s"))
+        .transpose()?;
+    let gyro_std = deviation(gyro_std_rad_s, "gyro_std_rad_s", true)?;
+    let linear = prior_m_s.map(|v| vector3_of(v, "prior_m_s")).transpose()?;
+    let linear_std = deviation(prior_std_m_s, "prior_std_m_s", false)?;
+    let images = match (image0, image1) {
+        (None, None) => None,
+        (Some(a), Some(b)) => Some((
+            brightness(a, "image0", size)?,
+            brightness(b, "image1", size)?,
+        )),
+        _ => {
+            let text = "image0, image1: expected both or none, found one";
+            return Err(exception(Kind::Value, text));
+        }
+    };
+    let mut prior = gyro.map(|rate_rad_s| {
+        Gyro {
+            rate_rad_s,
+            std_rad_s: gyro_std,
+        }
+        .prior()
+    });
+    if let Some(linear) = linear {
+        let with = prior.get_or_insert(VelocityPrior::none());
+        *with = with.and_linear(linear, linear_std);
+    }
+    py.detach(|| {
+        let also = Also {
+            prior,
+            brightness: images.as_ref().map(|(a, b)| (a, b)),
+        };
+        let mut estimator = kept_estimator(&camera.0, config)?;
+        let found = estimator.estimate_with(first.view(), second.view(), dt_s, &also);
+        keep(estimator);
+        found
+    })
+    .into_python()
+    .map(PyVelocityEstimate)
 }

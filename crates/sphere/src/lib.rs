@@ -5,6 +5,7 @@
 //! samples them and brings the calculus of the sphere.
 
 pub mod camera;
+pub mod depth_correction;
 mod grid;
 pub mod lie;
 pub mod pyramid;
@@ -13,6 +14,7 @@ pub mod sampling;
 mod warp;
 
 pub use camera::Camera;
+pub use depth_correction::{DepthCorrection, DepthCorrector};
 pub use grid::{Border, Edge, SphereGrid, laplacian_discrepancy};
 pub use pyramid::Pyramid;
 pub use range::{depth_from_range, range_from_depth};

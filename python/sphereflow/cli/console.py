@@ -75,6 +75,26 @@ def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
+@contextmanager
+def stage_bars(titles: Mapping[str, str]) -> Iterator[Callable[[str, int, int], None]]:
+    """A bar for each stage of a job as it begins, titled; nothing where that is no terminal."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda stage, done, total: None
+        return
+    title = TextColumn("{task.description}")
+    columns = (title, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        tasks = {}
+
+        def tell(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = bar.add_task(titles.get(stage, stage), total=total)
+            bar.update(tasks[stage], completed=done, total=total)
+
+        yield tell
+
+
 def print_json(values: Mapping[str, Any]) -> None:
     """Values as JSON on standard output."""
     typer.echo(json.dumps(finite(values), indent=2, allow_nan=False, ensure_ascii=False))

@@ -7,13 +7,16 @@ from typing import Annotated
 
 import typer
 
-from sphereflow.cli.console import progress_bar, user_errors
+from sphereflow.cli.console import progress_bar, stage_bars, user_errors
 from sphereflow.cli.outcome import finish
+from sphereflow.cli.run import STAGES
 from sphereflow.pipeline import run as run_pipeline
 
 EXAMPLES = """[bold]Examples[/bold]
 
   sphereflow demo --out demo
+
+  sphereflow demo --out demo --no-pose-graph --max-frames 200 --overwrite
 
   sphereflow demo --out demo --rrd demo/demo.rrd --overwrite"""
 
@@ -27,6 +30,9 @@ def register(app: typer.Typer) -> None:
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the result.")],
     seed: Annotated[int, typer.Option(help="Seed of all noise: same seed, same result.")] = 0,
+    pose_graph: Annotated[
+        bool, typer.Option(help="Compare keyframes at the end and correct all poses.")
+    ] = True,
     rrd: Annotated[
         Path | None, typer.Option(help="Also record for the rerun viewer in this file.")
     ] = None,
@@ -44,16 +50,17 @@ def demo(
 ) -> None:
     """Simulate a depth camera in a room, track it, and compare with the exact truth.
 
-    Needs no data and no device. Writes what [bold]run[/bold] writes, and prints the error against
-    the simulated motion.
+    Needs no data and no device. Writes what [bold]run[/bold] writes, and prints the errors against
+    the simulated motion. Its camera exposes all rows at once: there is no read-out time to give.
     """
     from sphereflow import sim
 
     recording = sim.demo(seed=seed)
-    with progress_bar("tracking") as progress:
+    with stage_bars(STAGES) as progress:
         result = run_pipeline(
             recording,
             out,
+            pose_graph=pose_graph,
             rrd=rrd,
             max_frames=max_frames,
             pictures=pictures,

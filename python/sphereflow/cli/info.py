@@ -36,7 +36,9 @@ def info(
 ) -> None:
     """Say what a recording holds: streams, rates, gaps, calibration, and whether depth is sane."""
     recording = io.open_recording(data, calibration=calibration, depth_scale=depth_scale)
-    found = inspect_recording(recording)
+    found = inspect_recording(
+        recording, calibration=None if calibration is None else str(calibration)
+    )
     if as_json:
         print_json(found)
         return
@@ -73,6 +75,10 @@ def _camera_rows(calibration: dict[str, Any]) -> list[tuple[str, str]]:
     if calibration["depth_scale_counts_per_m"] is not None:
         scale = calibration["depth_scale_counts_per_m"]
         rows.append(("depth scale", f"{scale:g} counts per metre"))
+    readout_s = calibration["readout_s"]
+    known = "unknown" if readout_s is None else f"{1000 * readout_s:.4g} ms"
+    corrected = "corrected by the calibration" if calibration["depth_corrected"] else "not known"
+    rows += [("read-out", known), ("depth distortion", corrected)]
     return rows
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from sphereflow.cli.console import FAILED, print_rows, stop
 from sphereflow.pipeline import RunResult
+from sphereflow.report import BUSY_STAGES
 
 
 def finish(result: RunResult, min_coverage: float) -> None:
@@ -18,11 +19,14 @@ def finish(result: RunResult, min_coverage: float) -> None:
         ("input", f"{report['input']['kind']}, {report['frames']} frames"),
         ("frames", counts or "none"),
         ("coverage", f"{100 * result.coverage:.1f} % of the frames have a pose"),
+        ("calibration", _calibration(report)),
+        ("read-out", f"{1000 * report['readout_s']:g} ms ({report['readout_source']})"),
+        ("pose graph", _pose_graph(report)),
         ("path length", f"{report['path_length_m']:.3f} m"),
-        ("map", f"{report['map_points']} points"),
+        ("map", _map(report)),
         ("speed", "unknown" if rate is None else f"{rate:.1f} frames/s ({_stages(report)})"),
     ]
-    rows += [(name, _error(error)) for name, error in report["truth"].items()]
+    rows += _errors(report)
     rows += [("warning", text) for text in report["warnings"]["texts"]]
     rows.append(("result", str(result.folder)))
     print_rows(rows)
@@ -39,8 +43,38 @@ def finish(result: RunResult, min_coverage: float) -> None:
 def _stages(report: dict[str, Any]) -> str:
     """Seconds of the stages that the speed counts."""
     seconds = report["seconds"]
-    names = [name for name in ("decode", "odometry", "map") if name in seconds]
+    names = [name for name in BUSY_STAGES if name in seconds]
     return ", ".join(f"{name} {seconds[name]:.1f} s" for name in names)
+
+
+def _calibration(report: dict[str, Any]) -> str:
+    depth = "depth corrected" if report["depth_corrected"] else "depth as it is"
+    return f"{report['calibration']['source']}; {depth}"
+
+
+def _pose_graph(report: dict[str, Any]) -> str:
+    graph = report["pose_graph"]
+    if graph is None:
+        return f"none: {report['no_pose_graph_because']}"
+    texts = [f"{graph['keyframes']} keyframes", f"{graph['edges']} edges"]
+    texts += [f"{graph[name]} {name}" for name in ("rejected", "failed") if graph[name]]
+    texts.append(f"largest change {1000 * graph['largest_change_m']:.1f} mm")
+    return ", ".join(texts)
+
+
+def _map(report: dict[str, Any]) -> str:
+    points = f"{report['map_points']} points"
+    return f"{points}, built again from the corrected poses" if report["map_rebuilt"] else points
+
+
+def _errors(report: dict[str, Any]) -> list[tuple[str, str]]:
+    """Errors of the trajectory; those of the odometry too where they are others."""
+    corrected = report["pose_graph"] is not None
+    return [
+        (name, _error(error))
+        for name, error in report["truth"].items()
+        if corrected or not name.startswith("odometry_")
+    ]
 
 
 def _error(error: Any) -> str:

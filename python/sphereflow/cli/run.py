@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sphereflow.cli.console import progress_bar, user_errors
+from sphereflow.cli.console import stage_bars, user_errors
 from sphereflow.cli.outcome import finish
 from sphereflow.pipeline import run as run_pipeline
 
@@ -17,9 +17,27 @@ EXAMPLES = """[bold]Examples[/bold]
 
   sphereflow run kitchen --out result --rrd result/run.rrd --max-frames 300
 
-  sphereflow run my_recording --out result --calibration camera.toml --depth-scale 1000
+  sphereflow run kitchen --out result --readout 0.03
+
+  sphereflow calib depth my_recording --out camera.toml
+
+  sphereflow run my_recording --out result --calibration camera.toml
+
+[bold]Rolling shutter[/bold]  Most depth cameras expose one row after the other, a Kinect v1 within
+about 30 ms: a camera that turns at 1 rad/s bends its image by 0.03 rad. Where the time is known,
+give it with --readout; where not, [bold]sphereflow calib rolling-shutter[/bold] finds it.
+
+[bold]Distorted depth[/bold]  A lens that is not quite what the calibration says, depth that is bent
+towards the corners: every depth camera has both, and the path comes out bent and of a wrong size.
+[bold]sphereflow calib depth[/bold] finds both, and the read-out time, from ten seconds of motion.
+One file serves all recordings of the same camera.
+
+[bold]Pose graph[/bold]  After the last frame, keyframes that see the same surface are compared, and
+all poses fitted to the motions found. odometry.tum keeps the poses as they were measured.
 
 [bold]Exit status[/bold]  0: tracked, coverage reached.  1: not.  2: an option has no meaning."""
+
+STAGES = {"track": "tracking", "compare": "comparing keyframes", "map": "mapping"}
 
 
 def register(app: typer.Typer) -> None:
@@ -33,10 +51,24 @@ def run(
     out: Annotated[Path, typer.Option(help="Folder for the result; must be new or empty.")],
     method: Annotated[str, typer.Option(help="How to track: depth (depth images only).")] = "depth",
     calibration: Annotated[
-        Path | None, typer.Option(help="Calibration file (TOML) instead of the recording's own.")
+        Path | None,
+        typer.Option(
+            help="Calibration file (TOML) instead of the recording's own; calib depth makes one."
+        ),
     ] = None,
     depth_scale: Annotated[
         float | None, typer.Option(help="Depth counts per metre instead of the recording's own.")
+    ] = None,
+    pose_graph: Annotated[
+        bool, typer.Option(help="Compare keyframes at the end and correct all poses.")
+    ] = True,
+    readout: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Rolling shutter: seconds from the first row to the last (0.03 for a Kinect v1, "
+            "0 for none), instead of the calibration's; calib rolling-shutter finds it.",
+        ),
     ] = None,
     rrd: Annotated[
         Path | None, typer.Option(help="Also record for the rerun viewer in this file.")
@@ -53,16 +85,19 @@ def run(
 ) -> None:
     """Track a recording: trajectory, map, report and pictures into one folder.
 
-    Writes trajectory.tum and odometry.tum (time in seconds, position in metres, quaternion xyzw,
-    world from camera), map.ply, report.json and pictures/. The folder appears when all is written.
+    Writes trajectory.tum (corrected) and odometry.tum (as measured; both: time in seconds, position
+    in metres, quaternion xyzw, world from camera), map.ply, report.json and pictures/. The folder
+    appears when all is written.
     """
-    with progress_bar("tracking") as progress:
+    with stage_bars(STAGES) as progress:
         result = run_pipeline(
             data,
             out,
             method=method,
             calibration=calibration,
             depth_scale=depth_scale,
+            pose_graph=pose_graph,
+            readout_s=readout,
             rrd=rrd,
             max_frames=max_frames,
             pictures=pictures,

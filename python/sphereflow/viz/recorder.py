@@ -93,9 +93,12 @@ class RunRecorder:
         """Send paths, velocities, scores and statuses, and finish the file."""
         if journal is not None and journal.entries:
             self._columns(journal)
-            estimate = journal.trajectory()
+            estimate, measured = journal.trajectory(), journal.odometry()
             if estimate is not None:
                 self.paths(estimate, truth)
+            if measured is not None and journal.corrected:
+                # Where the path was before it was corrected, fainter.
+                self._strip("world/odometry", np.asarray(measured.position_m), (110, 130, 150))
         elif truth is not None:
             self._strip("world/truth", np.asarray(truth.position_m), (200, 200, 200))
         self._stream.flush()

@@ -36,6 +36,25 @@ impl Calibration {
         ))
     }
 
+    /// The same with another camera of the same image size.
+    ///
+    /// # Errors
+    /// [`sphereflow_core::Error::Shape`] where the size is another.
+    pub fn with_camera(&self, camera: &Camera) -> CoreResult<Self> {
+        let text = |width: usize, height: usize| format!("{width}x{height}");
+        if (camera.width(), camera.height()) != (self.width, self.height) {
+            let expected = text(self.width, self.height);
+            let found = text(camera.width(), camera.height());
+            return Err(sphereflow_core::Error::shape("camera", expected, found));
+        }
+        let named = camera.named_parameters();
+        Ok(Self {
+            model: camera.model_name().into(),
+            parameters: named.iter().map(|&(n, v)| (n.to_string(), v)).collect(),
+            ..self.clone()
+        })
+    }
+
     /// From parts that are known to be right.
     pub(crate) fn of_model(
         model: &str,
@@ -50,6 +69,7 @@ impl Calibration {
             parameters: named.iter().map(|&(n, v)| (n.to_string(), v)).collect(),
             depth_scale,
             readout_s: None,
+            depth_correction: None,
             time_offset_s: None,
             gravity_in_world_m_s2: None,
             camera_from_imu: None,

@@ -5,6 +5,8 @@ use crate::{Error, Result, beside};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use sphereflow_core::{Error as CoreError, Pose};
+use sphereflow_sphere::DepthCorrection;
+use sphereflow_sphere::depth_correction::{TERM_COUNT, TERM_NAMES};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -23,9 +25,21 @@ struct Document {
     gravity_in_world_m_s2: Option<[f64; 3]>,
     parameters: BTreeMap<String, f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    depth_correction: Option<Fields>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     camera_from_imu: Option<Transform>,
     #[serde(skip_serializing_if = "Option::is_none")]
     imu_noise: Option<ImuNoise>,
+}
+
+/// A depth correction; a term that is not named is zero.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Fields {
+    #[serde(default)]
+    relative: BTreeMap<String, f64>,
+    #[serde(default)]
+    additive: BTreeMap<String, f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -63,6 +77,11 @@ impl Calibration {
             readout_s: document.readout_s,
             time_offset_s: document.time_offset_s,
             gravity_in_world_m_s2: document.gravity_in_world_m_s2.map(Vector3::from),
+            depth_correction: document
+                .depth_correction
+                .map(|fields| fields.correction())
+                .transpose()
+                .map_err(|error| field_error(path, "depth_correction.", error))?,
             camera_from_imu: camera_from_imu
                 .map_err(|error| field_error(path, "camera_from_imu.", error))?,
             imu_noise: document.imu_noise,
@@ -86,6 +105,7 @@ impl Calibration {
             time_offset_s: self.time_offset_s,
             gravity_in_world_m_s2: self.gravity_in_world_m_s2.map(Into::into),
             parameters: self.parameters.clone(),
+            depth_correction: self.depth_correction.as_ref().map(Fields::of),
             camera_from_imu: self.camera_from_imu.map(|pose| Transform {
                 translation: pose.translation.into(),
                 quat_xyzw: pose.quat_xyzw(),
@@ -121,9 +141,9 @@ impl Calibration {
         }
         crate::images::check_scale(self.depth_scale).map_err(|e| field_error(path, "", e))?;
         if let Some(value) = self.readout_s
-            && !(value.is_finite() && value >= 0.0)
+            && !(value.is_finite() && value.abs() < 1.0)
         {
-            return Err(bad("readout_s", "seconds, not negative", value));
+            return Err(bad("readout_s", "seconds, below 1 either way", value));
         }
         if let Some(value) = self.time_offset_s
             && !value.is_finite()
@@ -144,9 +164,19 @@ impl Calibration {
                 ));
             }
         }
-        self.camera()
-            .map(|_| ())
-            .map_err(|error| field_error(path, "", error))
+        let camera = self
+            .camera()
+            .map_err(|error| field_error(path, "", error))?;
+        if self.depth_correction.is_some() && camera.wraps_around() {
+            return Err(Error::Calibration {
+                path: path.to_path_buf(),
+                field: "depth_correction".into(),
+                message: "expected a camera with an optical axis: the ranges of a 360-degree \
+                          camera have no such correction"
+                    .into(),
+            });
+        }
+        Ok(())
     }
 }
 
@@ -161,6 +191,31 @@ impl ImuNoise {
             ),
             ("accelerometer_random_walk", self.accelerometer_random_walk),
         ]
+    }
+}
+
+impl Fields {
+    fn of(correction: &DepthCorrection) -> Self {
+        let named = |values: &[f64; TERM_COUNT]| {
+            let pairs = TERM_NAMES.iter().zip(values);
+            let set = pairs.filter(|(_, value)| **value != 0.0);
+            set.map(|(name, &value)| (name.to_string(), value))
+                .collect()
+        };
+        Self {
+            relative: named(correction.relative()),
+            additive: named(correction.additive()),
+        }
+    }
+
+    fn correction(&self) -> std::result::Result<DepthCorrection, CoreError> {
+        let list = |named: &BTreeMap<String, f64>| -> Vec<(String, f64)> {
+            named
+                .iter()
+                .map(|(name, &value)| (name.clone(), value))
+                .collect()
+        };
+        DepthCorrection::from_named(&list(&self.relative), &list(&self.additive))
     }
 }
 

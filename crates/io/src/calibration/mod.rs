@@ -5,7 +5,8 @@
 //! width = 640
 //! height = 480
 //! depth_scale = 5000.0        # counts per metre
-//! readout_s = 0.02            # optional: rolling shutter, first row to end of last
+//! readout_s = 0.02            # optional: rolling shutter, first row to end of last; row y of H is
+//!                             # exposed (y / H - 1/2) readout_s after the stamp; < 0: bottom first
 //! time_offset_s = 0.005       # optional: imu_time = camera_time + time_offset_s
 //! gravity_in_world_m_s2 = [0.0, 9.81, 0.0]  # optional: of the truth's world, pointing down
 //!
@@ -14,6 +15,13 @@
 //! fy = 525.0
 //! cx = 319.5
 //! cy = 239.5
+//!
+//! [depth_correction.relative] # optional: 1/Z_true = (1 + m) / Z_measured + a, what is not named
+//! z1 = -0.02                  # is 0; terms of m: one, z1, z2, z1_z1, z1_z2, z2_z2, r2_z1, r2_z2,
+//! r4 = -0.05                  # r4 with z1 = x/z, z2 = y/z, r2 = z1^2 + z2^2
+//!
+//! [depth_correction.additive] # terms of a, 1/m
+//! one = 0.001
 //!
 //! [camera_from_imu]           # optional
 //! translation = [0.0, 0.0, 0.0]
@@ -34,6 +42,7 @@ pub(crate) use published::{published, ros_default};
 
 use nalgebra::Vector3;
 use sphereflow_core::Pose;
+use sphereflow_sphere::DepthCorrection;
 use std::collections::BTreeMap;
 
 /// Noise of an IMU, in Kalibr's names and units.
@@ -63,8 +72,11 @@ pub struct Calibration {
     pub parameters: BTreeMap<String, f64>,
     /// Counts of the depth images per metre.
     pub depth_scale: f64,
-    /// Rolling shutter: seconds from the first row's exposure to the last row's.
+    /// Rolling shutter: seconds from the first row's exposure to the end of the last; row `y` of `H`
+    /// is exposed `(y / H - 1/2) readout_s` after the stamp. Negative where the last is the first.
     pub readout_s: Option<f64>,
+    /// What makes true depth of the measured one; recordings are corrected when they are read.
+    pub depth_correction: Option<DepthCorrection>,
     /// `imu_time = camera_time + time_offset_s`; readers leave IMU stamps as they are.
     pub time_offset_s: Option<f64>,
     /// Gravity in the world of the recording's truth, m/s^2, pointing down.

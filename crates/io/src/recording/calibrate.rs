@@ -3,6 +3,7 @@
 use super::{Calibrated, FrameFiles, OpenOptions};
 use crate::images::read_raw_depth;
 use crate::{Calibration, Error, Result};
+use sphereflow_sphere::DepthCorrector;
 use std::path::Path;
 
 /// Name of the calibration in a recording's folder.
@@ -32,8 +33,13 @@ pub(super) fn calibrate(
         calibration.depth_scale = scale;
         source.push_str(", depth_scale given by the caller");
     }
+    let camera = calibration.camera()?;
+    let correction = calibration.depth_correction.filter(|c| !c.is_identity());
     Ok(Calibrated {
-        camera: calibration.camera()?,
+        corrector: correction
+            .map(|correction| DepthCorrector::new(&camera, &correction))
+            .transpose()?,
+        camera,
         calibration,
         source,
     })

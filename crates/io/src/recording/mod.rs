@@ -23,7 +23,7 @@ use crate::images::{depth_from_raw, range_from_raw, read_colour, read_raw_depth}
 use crate::{Calibration, Error, Result, Warnings};
 use nalgebra::Vector3;
 use sphereflow_core::{Error as CoreError, ImuSample, MagSample, RgbdFrame, Stamp, Trajectory};
-use sphereflow_sphere::Camera;
+use sphereflow_sphere::{Camera, DepthCorrector};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -62,6 +62,8 @@ struct FrameFiles {
 struct Calibrated {
     calibration: Calibration,
     camera: Camera,
+    /// Where the calibration has a correction of depth.
+    corrector: Option<DepthCorrector>,
     source: String,
 }
 
@@ -137,6 +139,19 @@ impl Recording {
             .map(|calibration| calibration.depth_scale)
     }
 
+    /// Rolling shutter: read-out time in seconds, 0 where the calibration gives none; see
+    /// [`Calibration::readout_s`].
+    pub fn readout_s(&self) -> f64 {
+        let calibration = self.calibration();
+        calibration.and_then(|c| c.readout_s).unwrap_or(0.0)
+    }
+
+    /// True where the calibration corrects depth: the frames' depth is then not the stored one.
+    pub fn depth_corrected(&self) -> bool {
+        let known = self.0.calibrated.as_ref();
+        known.is_some_and(|known| known.corrector.is_some())
+    }
+
     /// True poses. TUM: world from the colour camera's optical frame. 7-Scenes: world from depth
     /// camera. EuRoC: world from body, the body being the IMU.
     pub fn truth(&self) -> Option<&Trajectory> {
@@ -203,7 +218,12 @@ impl Recording {
         let (depth, range) = if known.camera.wraps_around() {
             (None, Some(range_from_raw(&raw, scale)?))
         } else {
-            (Some(depth_from_raw(&raw, scale)?), None)
+            let depth = depth_from_raw(&raw, scale)?;
+            let depth = match &known.corrector {
+                Some(corrector) => corrector.apply(depth)?,
+                None => depth,
+            };
+            (Some(depth), None)
         };
         let before = index.checked_sub(1).map(|previous| self.0.stamps[previous]);
         Ok(RgbdFrame {

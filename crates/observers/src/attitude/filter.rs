@@ -1,0 +1,257 @@
+//! The attitude filter: samples in, attitude with a status out, whichever estimator works inside.
+
+use super::config::{AttitudeConfig, Method, World};
+use super::inertial::InertialFilter;
+use super::invariant::InvariantObserver;
+use crate::checks::{self, DeadAxis};
+use crate::{Reason, Result, Sensor, Status};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+/// What is told after each sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AttitudeState {
+    /// Attitude, in the world that was asked for.
+    pub world_from_body: UnitQuaternion<f64>,
+    /// To be subtracted from the gyro's readings, rad/s, body frame.
+    pub gyro_bias_rad_s: Vector3<f64>,
+    /// What became of the sample.
+    pub status: Status,
+    /// True where neither gyro nor accelerometer moves.
+    pub at_rest: bool,
+    /// True where the magnetic field is left out as disturbed.
+    pub mag_disturbed: bool,
+}
+
+/// Attitude and gyro bias from gyro, accelerometer and, where there is one, magnetometer.
+#[derive(Clone, Debug)]
+pub struct AttitudeFilter {
+    config: AttitudeConfig,
+    estimator: Estimator,
+    gyro_axes: DeadAxis,
+    accel_axes: DeadAxis,
+    last_gyro: Vector3<f64>,
+    time_s: f64,
+    last_mag_s: Option<f64>,
+    /// A flaw that the state has not got over yet, and until when.
+    lasting: Option<(Reason, f64)>,
+    used: bool,
+    status: Status,
+}
+
+#[derive(Clone, Debug)]
+enum Estimator {
+    Inertial(Box<InertialFilter>),
+    Invariant(InvariantObserver),
+}
+
+/// A heading without a magnetic reading for so long is said to drift, seconds.
+const HEADING_S: f64 = 10.0;
+/// The filter settles within so many time constants of its slowest part.
+const SETTLING: f64 = 1.0;
+
+impl AttitudeFilter {
+    /// # Errors
+    /// A value error naming the setting out of range.
+    pub fn new(config: AttitudeConfig) -> Result<Self> {
+        config.check()?;
+        let estimator = match config.method {
+            Method::Inertial => Estimator::Inertial(Box::new(InertialFilter::new(&config))),
+            Method::Invariant => Estimator::Invariant(InvariantObserver::new(&config)),
+        };
+        Ok(Self {
+            config,
+            estimator,
+            gyro_axes: DeadAxis::new(),
+            accel_axes: DeadAxis::new(),
+            last_gyro: Vector3::zeros(),
+            time_s: 0.0,
+            last_mag_s: None,
+            lasting: None,
+            used: false,
+            status: Status::Starting(Reason::NoData),
+        })
+    }
+
+    /// The settings.
+    pub fn config(&self) -> &AttitudeConfig {
+        &self.config
+    }
+
+    /// One sample, body frame: `gyro` in rad/s, `accel` in m/s^2 (specific force), `mag` in
+    /// microtesla where there is one, `dt_s` after the sample before. The first sample's step only
+    /// sets the scale of time: give the sampling period.
+    pub fn step(
+        &mut self,
+        gyro: &Vector3<f64>,
+        accel: &Vector3<f64>,
+        mag: Option<&Vector3<f64>>,
+        dt_s: f64,
+    ) -> AttitudeState {
+        self.status = self.advance(gyro, accel, mag, dt_s);
+        self.state()
+    }
+
+    /// The state after the last sample.
+    pub fn state(&self) -> AttitudeState {
+        let (earth_from_body, bias, at_rest, disturbed) = match &self.estimator {
+            Estimator::Inertial(f) => (f.rotation(), f.bias().0, f.is_at_rest(), f.is_disturbed()),
+            Estimator::Invariant(f) => (f.rotation(), f.bias(), false, false),
+        };
+        AttitudeState {
+            world_from_body: in_world(&earth_from_body, self.config.world),
+            gyro_bias_rad_s: bias,
+            status: self.status,
+            at_rest,
+            mag_disturbed: disturbed,
+        }
+    }
+
+    fn advance(
+        &mut self,
+        gyro: &Vector3<f64>,
+        accel: &Vector3<f64>,
+        mag: Option<&Vector3<f64>>,
+        dt_s: f64,
+    ) -> Status {
+        if !(dt_s > 0.0 && dt_s.is_finite()) {
+            return Status::Skipped(Reason::StampNotIncreasing);
+        }
+        self.time_s += dt_s;
+        if !checks::is_finite(gyro) {
+            // The best guess of an unknown rate is the last one.
+            self.turn(&self.last_gyro.clone(), dt_s.min(self.config.max_gap_s));
+            return Status::Skipped(Reason::NotFinite {
+                sensor: Sensor::Gyro,
+            });
+        }
+        if self.used && dt_s > self.config.max_gap_s {
+            return self.gap(gyro, dt_s);
+        }
+        self.last_gyro = *gyro;
+        if let Some(reason) = checks::saturated(gyro, self.config.gyro_limit_rad_s) {
+            self.lasting = Some((reason, self.time_s + self.config.tau_mag_s));
+        }
+        if !checks::is_finite(accel) {
+            self.turn(gyro, dt_s);
+            return Status::Weak(Reason::NotFinite {
+                sensor: Sensor::Accel,
+            });
+        }
+        let bad_mag = mag.is_some_and(|m| !checks::is_finite(m));
+        let usable = if bad_mag { None } else { mag };
+        self.estimate(gyro, accel, usable, dt_s);
+        self.used = true;
+        let dead = self.dead_axis(gyro, accel, dt_s);
+        self.judge(dead, bad_mag)
+    }
+
+    fn turn(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
+        match &mut self.estimator {
+            Estimator::Inertial(f) => f.turn(gyro, dt_s),
+            Estimator::Invariant(f) => f.turn(gyro, dt_s),
+        }
+    }
+
+    /// After a gap the turn in it is unknown: the mean rate is the guess, and the inclination and
+    /// the heading are sought anew.
+    fn gap(&mut self, gyro: &Vector3<f64>, dt_s: f64) -> Status {
+        let rate = (self.last_gyro + gyro) * 0.5;
+        self.turn(&rate, dt_s);
+        if let Estimator::Inertial(f) = &mut self.estimator {
+            f.restart();
+        }
+        let reason = Reason::Gap { seconds: dt_s };
+        self.lasting = Some((reason, self.time_s + self.config.tau_accel_s));
+        self.last_gyro = *gyro;
+        Status::Weak(reason)
+    }
+
+    fn estimate(
+        &mut self,
+        gyro: &Vector3<f64>,
+        accel: &Vector3<f64>,
+        mag: Option<&Vector3<f64>>,
+        dt_s: f64,
+    ) {
+        match &mut self.estimator {
+            Estimator::Inertial(f) => {
+                let may_rest = f
+                    .mean_accel()
+                    .is_none_or(|n| checks::accel_unit(n).is_none());
+                f.step(gyro, accel, may_rest, dt_s);
+                if let Some(mag) = mag {
+                    f.magnetic(mag);
+                }
+            }
+            Estimator::Invariant(f) => f.step(gyro, accel, mag, dt_s),
+        }
+        if mag.is_some() {
+            self.last_mag_s = Some(self.time_s);
+        }
+    }
+
+    fn dead_axis(
+        &mut self,
+        gyro: &Vector3<f64>,
+        accel: &Vector3<f64>,
+        dt_s: f64,
+    ) -> Option<Reason> {
+        let gyro = self
+            .gyro_axes
+            .step(gyro, dt_s)
+            .map(|axis| (Sensor::Gyro, axis));
+        let accel = self
+            .accel_axes
+            .step(accel, dt_s)
+            .map(|axis| (Sensor::Accel, axis));
+        let (sensor, axis) = gyro.or(accel)?;
+        Some(Reason::DeadAxis { sensor, axis })
+    }
+
+    /// The worst that is to be said of the state.
+    fn judge(&mut self, dead: Option<Reason>, bad_mag: bool) -> Status {
+        if let Some(reason) = dead {
+            return Status::Weak(reason);
+        }
+        if let Some((reason, until_s)) = self.lasting {
+            if self.time_s < until_s {
+                return Status::Weak(reason);
+            }
+            self.lasting = None;
+        }
+        if let Estimator::Inertial(f) = &self.estimator {
+            if let Some(reason) = f.mean_accel().and_then(checks::accel_unit) {
+                return Status::Weak(reason);
+            }
+            if f.is_disturbed() {
+                return Status::Weak(Reason::MagneticDisturbance);
+            }
+        }
+        if bad_mag {
+            return Status::Weak(Reason::NotFinite {
+                sensor: Sensor::Mag,
+            });
+        }
+        let seconds = SETTLING * self.config.tau_accel_s - self.time_s;
+        if seconds > 0.0 {
+            return Status::Starting(Reason::Settling { seconds });
+        }
+        match self.last_mag_s {
+            Some(last) if self.time_s - last < HEADING_S => Status::Ok,
+            _ => Status::Weak(Reason::NoMagnetometer),
+        }
+    }
+}
+
+/// From the earth frame to the world that was asked for.
+fn in_world(earth_from_body: &UnitQuaternion<f64>, world: World) -> UnitQuaternion<f64> {
+    match world {
+        World::EastNorthUp => *earth_from_body,
+        World::RightDownForward => {
+            // x = east, y = -up, z = north: a turn by +90 degrees about x.
+            let half = std::f64::consts::FRAC_1_SQRT_2;
+            let turn = Quaternion::new(half, half, 0.0, 0.0);
+            UnitQuaternion::from_quaternion(turn * earth_from_body.quaternion())
+        }
+    }
+}

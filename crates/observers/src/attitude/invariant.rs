@@ -1,0 +1,121 @@
+//! The invariant observer of gyro, accelerometer and magnetometer with gyro bias.
+//!
+//! Thesis: section 9.4, after Martin and Salaün, "Design and implementation of a low-cost
+//! observer-based attitude and heading reference system", 2010: linear acceleration is neglected,
+//! and the magnetometer is used through its cross product with the vertical, so that it turns the
+//! heading alone. Errors are formed in the earth frame, where the observer is invariant.
+
+use super::config::AttitudeConfig;
+use nalgebra::{UnitQuaternion, Vector3};
+use sphereflow_sphere::lie::so3;
+
+/// The observer: `q' = q (omega_m - b + q* k e q) / 2`, `b' = -n q* e q` with
+/// `e = (q a q*)/|a| x up + ((q (a x m) q*)/|.| x west . up) up`.
+#[derive(Clone, Copy, Debug)]
+pub struct InvariantObserver {
+    gain: f64,
+    bias_gain: f64,
+    clip: f64,
+    rotation: UnitQuaternion<f64>,
+    bias: Vector3<f64>,
+    started: bool,
+    heading_known: bool,
+    last_east: Option<Vector3<f64>>,
+}
+
+impl InvariantObserver {
+    /// Before the first sample.
+    pub fn new(config: &AttitudeConfig) -> Self {
+        Self {
+            gain: config.invariant_gain,
+            bias_gain: config.invariant_bias_gain,
+            clip: 10.0 * config.bias_clip_rad_s,
+            rotation: UnitQuaternion::identity(),
+            bias: Vector3::zeros(),
+            started: false,
+            heading_known: false,
+            last_east: None,
+        }
+    }
+
+    /// Gyro alone.
+    pub fn turn(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
+        self.rotation *= so3::exp(&((gyro - self.bias) * dt_s));
+        self.rotation.renormalize();
+    }
+
+    /// One step. Thesis: section 9.4.
+    pub fn step(
+        &mut self,
+        gyro: &Vector3<f64>,
+        accel: &Vector3<f64>,
+        mag: Option<&Vector3<f64>>,
+        dt_s: f64,
+    ) {
+        let norm = accel.norm();
+        if norm < 1e-9 {
+            return self.turn(gyro, dt_s);
+        }
+        let up_body = accel / norm;
+        let east_body = mag
+            .map(|m| m.cross(&up_body))
+            .and_then(|east| east.try_normalize(1e-9))
+            .or(if mag.is_none() { None } else { self.last_east });
+        self.last_east = east_body;
+        self.start(&up_body, east_body.as_ref());
+        // The sample is of the end of the step: turn first, then correct.
+        self.turn(gyro, dt_s);
+        let correction = self.error(&up_body, east_body.as_ref());
+        let body = self.rotation.inverse_transform_vector(&correction);
+        self.bias =
+            (self.bias - body * (self.bias_gain * dt_s)).map(|b| b.clamp(-self.clip, self.clip));
+        self.rotation *= so3::exp(&(body * (self.gain * dt_s)));
+        self.rotation.renormalize();
+    }
+
+    /// The rotation, earth frame, that would carry the measured directions to where they belong;
+    /// its size is the sine of the angle.
+    fn error(&self, up_body: &Vector3<f64>, east_body: Option<&Vector3<f64>>) -> Vector3<f64> {
+        let up = self.rotation * up_body;
+        let mut error = up.cross(&Vector3::z());
+        if let Some(east_body) = east_body {
+            let east = self.rotation * east_body;
+            error += Vector3::z() * east.cross(&Vector3::x()).z;
+        }
+        error
+    }
+
+    /// The first sample, and the first with a field, set what they know.
+    fn start(&mut self, up_body: &Vector3<f64>, east_body: Option<&Vector3<f64>>) {
+        if !self.started {
+            self.started = true;
+            self.rotation = UnitQuaternion::rotation_between(up_body, &Vector3::z())
+                .unwrap_or_else(|| {
+                    UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+                });
+        }
+        if let (false, Some(east_body)) = (self.heading_known, east_body) {
+            self.heading_known = true;
+            let east = self.rotation * east_body;
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -east.y.atan2(east.x));
+            self.rotation = turn * self.rotation;
+        }
+    }
+
+    /// Earth (east, north, up) from body.
+    pub fn rotation(&self) -> UnitQuaternion<f64> {
+        self.rotation
+    }
+
+    /// The gyro's bias, rad/s.
+    pub fn bias(&self) -> Vector3<f64> {
+        self.bias
+    }
+
+    /// Set the state, for tests of convergence.
+    #[cfg(test)]
+    pub fn set(&mut self, rotation: UnitQuaternion<f64>, bias: Vector3<f64>) {
+        (self.rotation, self.bias) = (rotation, bias);
+        (self.started, self.heading_known) = (true, true);
+    }
+}

@@ -1,0 +1,18 @@
+//! What can be wrong with a call.
+
+/// Errors of the observers: settings and shapes. What is wrong with a *sample* is a
+/// [`crate::Status`] with a reason, for a sensor that fails must not end a recording.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A value or a size is wrong: names the argument, what was expected and what was found.
+    #[error(transparent)]
+    Core(#[from] sphereflow_core::Error),
+}
+
+/// [`sphereflow_core::Error::Value`] where `value` is not finite and above zero.
+pub(crate) fn positive(argument: &str, value: f64) -> crate::Result<()> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(sphereflow_core::Error::value(argument, "a finite number above 0", value).into())
+}

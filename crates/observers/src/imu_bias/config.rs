@@ -1,0 +1,107 @@
+//! Settings of the estimator of IMU biases.
+
+use super::observer::ObserverGains;
+use crate::Result;
+use crate::error::positive;
+
+/// Which estimator answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ImuBiasMethod {
+    /// An extended Kalman filter on the states and measurements of (7.1).
+    #[default]
+    Ekf,
+    /// The thesis's observer (7.4).
+    Observer,
+}
+
+/// Settings of [`super::ImuBiasEstimator`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImuBiasConfig {
+    /// The estimator.
+    pub method: ImuBiasMethod,
+    /// Gains of the observer.
+    pub gains: ObserverGains,
+    /// Norm of gravity, m/s^2.
+    pub gravity_m_s2: f64,
+    /// What is known of that norm, m/s^2.
+    pub gravity_sigma_m_s2: f64,
+    /// Scalar product of the unit vectors of gravity (down) and of the magnetic field: the sine of
+    /// the field's dip. `None`: the magnetometer is not used.
+    pub field_dot_down: Option<f64>,
+    /// Standard deviation of that product in a reading, 1.
+    pub field_sigma: f64,
+    /// Of one gyro reading, rad/s.
+    pub gyro_sigma_rad_s: f64,
+    /// Of one accelerometer reading, m/s^2.
+    pub accel_sigma_m_s2: f64,
+    /// How the gyro's bias wanders, rad/s/sqrt(s).
+    pub gyro_walk: f64,
+    /// How the accelerometer's bias wanders, m/s^2/sqrt(s).
+    pub accel_walk: f64,
+    /// Standard deviation of the gyro's bias at the start, rad/s.
+    pub gyro_bias_sigma: f64,
+    /// Standard deviation of the accelerometer's bias at the start, m/s^2.
+    pub accel_bias_sigma: f64,
+    /// Squared distance, in units of its covariance, beyond which a velocity is left out.
+    pub gate: f64,
+    /// Longer steps are gaps, seconds.
+    pub max_gap_s: f64,
+}
+
+impl Default for ImuBiasConfig {
+    fn default() -> Self {
+        Self {
+            method: ImuBiasMethod::Ekf,
+            gains: ObserverGains::default(),
+            gravity_m_s2: 9.81,
+            gravity_sigma_m_s2: 0.005,
+            field_dot_down: None,
+            field_sigma: 0.02,
+            gyro_sigma_rad_s: 2.5e-3,
+            accel_sigma_m_s2: 0.03,
+            gyro_walk: 1e-5,
+            accel_walk: 3e-4,
+            gyro_bias_sigma: 0.05,
+            accel_bias_sigma: 0.3,
+            gate: 30.0,
+            max_gap_s: 0.5,
+        }
+    }
+}
+
+impl ImuBiasConfig {
+    /// # Errors
+    /// A value error naming the setting out of range.
+    pub fn check(&self) -> Result<()> {
+        for (name, value) in [
+            ("gravity_m_s2", self.gravity_m_s2),
+            ("gravity_sigma_m_s2", self.gravity_sigma_m_s2),
+            ("field_sigma", self.field_sigma),
+            ("gyro_sigma_rad_s", self.gyro_sigma_rad_s),
+            ("accel_sigma_m_s2", self.accel_sigma_m_s2),
+            ("gyro_bias_sigma", self.gyro_bias_sigma),
+            ("accel_bias_sigma", self.accel_bias_sigma),
+            ("gate", self.gate),
+            ("max_gap_s", self.max_gap_s),
+        ] {
+            positive(name, value)?;
+        }
+        let out_of_range = |name: &str, expected: &str, found: f64| -> crate::Error {
+            sphereflow_core::Error::value(name, expected, found).into()
+        };
+        for (name, value) in [
+            ("gyro_walk", self.gyro_walk),
+            ("accel_walk", self.accel_walk),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(out_of_range(name, "a finite number, 0 or above", value));
+            }
+        }
+        match self.field_dot_down {
+            Some(dot) if !(-1.0..=1.0).contains(&dot) => {
+                Err(out_of_range("field_dot_down", "a cosine, -1 to 1", dot))
+            }
+            _ => self.gains.check(),
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The last samples and what was believed after each, so that a late one can still be put in place.
+
+use super::config::NavigationConfig;
+use super::measurement::Measurement;
+use super::state::{Belief, THETA, V};
+use crate::Reason;
+use nalgebra::Vector3;
+use sphereflow_core::Stamp;
+use std::collections::VecDeque;
+
+/// What came in.
+#[allow(clippy::large_enum_variant)] // boxed, every measurement would allocate
+#[derive(Clone, Copy, Debug)]
+pub enum Input {
+    /// Gyro and accelerometer.
+    Imu(Vector3<f64>, Vector3<f64>),
+    /// Anything else.
+    Measurement(Measurement),
+}
+
+/// A sample and the belief after it.
+#[derive(Clone, Copy, Debug)]
+struct Event {
+    stamp: Stamp,
+    input: Input,
+    after: Belief,
+}
+
+/// What is unknown of a gap between inertial readings: rad/s and m/s^2.
+const GAP_RATE: f64 = 1.0;
+const GAP_ACCEL: f64 = 3.0;
+
+/// Samples in the order of their stamps.
+#[derive(Clone, Debug)]
+pub struct History {
+    start: Belief,
+    events: VecDeque<Event>,
+}
+
+impl History {
+    /// Beginning with a belief.
+    pub fn new(start: Belief) -> Self {
+        Self {
+            start,
+            events: VecDeque::new(),
+        }
+    }
+
+    /// The newest belief.
+    pub fn newest(&self) -> &Belief {
+        self.events.back().map_or(&self.start, |event| &event.after)
+    }
+
+    /// The earliest stamp that can still be put in place.
+    pub fn earliest(&self) -> Stamp {
+        self.start.stamp
+    }
+
+    /// The belief at the last sample that is not after `stamp`.
+    pub fn before(&self, stamp: Stamp) -> &Belief {
+        let index = self.events.partition_point(|event| event.stamp <= stamp);
+        self.belief_before(index)
+    }
+
+    fn belief_before(&self, index: usize) -> &Belief {
+        match index.checked_sub(1).and_then(|last| self.events.get(last)) {
+            Some(event) => &event.after,
+            None => &self.start,
+        }
+    }
+
+    /// True where an inertial reading has this very stamp.
+    pub fn has_imu_at(&self, stamp: Stamp) -> bool {
+        let index = self.events.partition_point(|event| event.stamp < stamp);
+        self.events
+            .range(index..)
+            .take_while(|event| event.stamp == stamp)
+            .any(|event| matches!(event.input, Input::Imu(..)))
+    }
+
+    /// Put a sample in its place and do again what follows. The outcome is that of this sample; a
+    /// rejected measurement is not kept. The measurement's stamp must not be before
+    /// [`History::earliest`].
+    pub fn insert(
+        &mut self,
+        stamp: Stamp,
+        input: Input,
+        config: &NavigationConfig,
+    ) -> Result<(), Reason> {
+        let index = self.events.partition_point(|event| event.stamp <= stamp);
+        let mut belief = *self.belief_before(index);
+        apply(&mut belief, stamp, &input, config)?;
+        let event = Event {
+            stamp,
+            input,
+            after: belief,
+        };
+        if index == self.events.len() {
+            self.events.push_back(event);
+        } else {
+            self.events.insert(index, event);
+            self.redo(index + 1, config);
+        }
+        self.forget(config);
+        Ok(())
+    }
+
+    /// Multiply the newest covariance: the filter doubts itself.
+    pub fn doubt(&mut self, factor: f64) {
+        let belief = match self.events.back_mut() {
+            Some(event) => &mut event.after,
+            None => &mut self.start,
+        };
+        belief.covariance *= factor;
+    }
+
+    fn redo(&mut self, from: usize, config: &NavigationConfig) {
+        let mut belief = *self.belief_before(from);
+        for event in self.events.range_mut(from..) {
+            // A measurement that no longer fits is passed over.
+            let mut tried = belief;
+            if apply(&mut tried, event.stamp, &event.input, config).is_ok() {
+                belief = tried;
+            } else {
+                forward(&mut belief, event.stamp, None, config);
+            }
+            event.after = belief;
+        }
+    }
+
+    /// Drop what is older than the delay.
+    fn forget(&mut self, config: &NavigationConfig) {
+        let newest = self.newest().stamp;
+        while let Some(event) = self.events.front() {
+            if newest.seconds_since(event.stamp) <= config.max_delay_s {
+                break;
+            }
+            self.start = event.after;
+            self.events.pop_front();
+        }
+    }
+}
+
+/// Bring a belief to `stamp` and use the input there.
+fn apply(
+    belief: &mut Belief,
+    stamp: Stamp,
+    input: &Input,
+    config: &NavigationConfig,
+) -> Result<(), Reason> {
+    match input {
+        Input::Imu(gyro, accel) => {
+            forward(belief, stamp, Some((gyro, accel)), config);
+            (belief.gyro, belief.accel) = (*gyro, *accel);
+            Ok(())
+        }
+        Input::Measurement(measurement) => {
+            forward(belief, stamp, None, config);
+            measurement.apply(belief, config)
+        }
+    }
+}
+
+/// Predict to `stamp`: with the mean of the last reading and the next, or with the last one held.
+pub fn forward(
+    belief: &mut Belief,
+    stamp: Stamp,
+    next: Option<(&Vector3<f64>, &Vector3<f64>)>,
+    config: &NavigationConfig,
+) {
+    let dt_s = stamp.seconds_since(belief.stamp);
+    if dt_s <= 0.0 {
+        return;
+    }
+    let (gyro, accel) = match next {
+        Some((gyro, accel)) => ((belief.gyro + gyro) * 0.5, (belief.accel + accel) * 0.5),
+        None => (belief.gyro, belief.accel),
+    };
+    belief.predict(config, &gyro, &accel, dt_s);
+    if dt_s > config.max_gap_s {
+        belief.add_variance(THETA, (GAP_RATE * dt_s).powi(2));
+        belief.add_variance(V, (GAP_ACCEL * dt_s).powi(2));
+    }
+    belief.stamp = stamp;
+}

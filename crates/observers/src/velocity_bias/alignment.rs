@@ -1,0 +1,232 @@
+//! Rows of a pair of images: every pixel's brightness and range against those of the image before,
+//! seen from where the de-biased velocities say the camera was.
+//!
+//! Thesis: eq. (5.3), integrated over the step: with `X1 = R X2 + p`, `(R, p) = exp([omega, v] dt)`,
+//! `y2 = y1(X1)` and `|X1| = D1(X1)`. Slopes are those of the second image at its pixel centres, by
+//! differences that leave the pixel itself out: so the noise of slopes and residuals is not
+//! correlated, and however noisy the images are the estimate settles on the truth.
+
+use super::images::Images;
+use super::information::PairInformation;
+use crate::Result;
+use nalgebra::{Matrix6, Vector3, Vector6};
+use rayon::prelude::*;
+use sphereflow_core::{Plane, Pose};
+use sphereflow_sphere::lie::se3;
+use sphereflow_sphere::{Sampler, SphereGrid};
+
+/// Images with the slopes that alignment needs.
+#[derive(Clone, Debug)]
+pub struct Sloped {
+    /// As measured.
+    pub images: Images,
+    grey_slope: Vec<Vector3<f64>>,
+    range_slope: Vec<Vector3<f64>>,
+    smooth_range: Plane<f32>,
+}
+
+/// Passes of the 1-2-1 filter before slopes are taken, brightness and range.
+const SMOOTHING: [usize; 2] = [1, 4];
+/// Cauchy's constant in robust standard deviations.
+const CAUCHY: f64 = 2.385;
+/// Median absolute deviation to standard deviation.
+const MAD: f64 = 1.4826;
+/// A range that differs by more than this, relative, is another surface.
+const OTHER_SURFACE: f64 = 0.2;
+/// Rows of neighbouring pixels share part of their errors: information is divided by this.
+const OVERCONFIDENCE: f64 = 1.5;
+
+impl Sloped {
+    /// Slopes of both images on the sphere.
+    ///
+    /// # Errors
+    /// A shape error where the images are not of the grid's size.
+    pub fn new(grid: &SphereGrid, images: Images) -> Result<Self> {
+        let smooth = |image: &Plane<f32>, passes: usize| {
+            (0..passes).fold(image.clone(), |image, _| smoothed(&image))
+        };
+        let slope = |image: &Plane<f32>| {
+            let values: Vec<f64> = image.data().iter().map(|v| f64::from(*v)).collect();
+            grid.gradient(&values)
+        };
+        let smooth_range = smooth(&images.range, SMOOTHING[1]);
+        Ok(Self {
+            grey_slope: slope(&smooth(&images.grey, SMOOTHING[0]))?,
+            range_slope: slope(&smooth_range)?,
+            smooth_range,
+            images,
+        })
+    }
+}
+
+/// Residuals and sensitivities of one pixel.
+#[derive(Clone, Copy)]
+struct Row {
+    residual: [f64; 2],
+    sensitivity: [Vector6<f64>; 2],
+}
+
+const NO_ROW: Row = Row {
+    residual: [f64::NAN; 2],
+    sensitivity: [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 2],
+};
+
+/// The normal equations of a pair warped with the twist `used` = [angular, linear], de-biased by
+/// `bias_used`; and the share of pixels with a row.
+pub fn align(
+    grid: &SphereGrid,
+    first: &Sloped,
+    second: &Sloped,
+    used: &Vector6<f64>,
+    bias_used: &Vector6<f64>,
+    dt_s: f64,
+) -> (PairInformation, f64) {
+    let motion = se3::exp(&(used * dt_s));
+    let width = grid.width();
+    let mut rows = vec![NO_ROW; grid.rays().len()];
+    rows.par_chunks_mut(width)
+        .enumerate()
+        .for_each(|(y, line)| {
+            let grey = sampler(grid, &first.images.grey);
+            let range = sampler(grid, &first.images.range);
+            for (x, row) in line.iter_mut().enumerate() {
+                if let Some(found) = pixel(grid, second, &motion, dt_s, (x, y), [&grey, &range]) {
+                    *row = found;
+                }
+            }
+        });
+    let count = rows
+        .iter()
+        .filter(|row| row.residual[1].is_finite())
+        .count();
+    let mut pair = PairInformation {
+        information: Matrix6::zeros(),
+        gradient: Vector6::zeros(),
+        bias_used: *bias_used,
+    };
+    for kind in 0..2 {
+        add(&mut pair, &rows, kind, width);
+    }
+    (pair, count as f64 / rows.len().max(1) as f64)
+}
+
+fn sampler<'a>(grid: &SphereGrid, image: &'a Plane<f32>) -> Sampler<'a> {
+    if grid.wraps_around() {
+        Sampler::wrapping(image)
+    } else {
+        Sampler::new(image)
+    }
+}
+
+fn pixel(
+    grid: &SphereGrid,
+    second: &Sloped,
+    motion: &Pose,
+    dt_s: f64,
+    (x, y): (usize, usize),
+    [grey, range]: [&Sampler<'_>; 2],
+) -> Option<Row> {
+    let i = y * grid.width() + x;
+    let own_range = f64::from(second.images.range.data()[i]);
+    if !own_range.is_finite() {
+        return None;
+    }
+    let there = grid.ray(x, y) * own_range;
+    let turned = motion.rotation * there;
+    let here = turned + motion.translation;
+    let distance = here.norm();
+    let eta = here / distance;
+    let at = grid.camera().project(&here)?;
+    let seen_range = f64::from(range.bicubic(&at));
+    let residual_range = distance - seen_range;
+    if residual_range.is_nan() || residual_range.abs() >= OTHER_SURFACE * seen_range {
+        return None;
+    }
+    let residual_grey = f64::from(second.images.grey.data()[i]) - f64::from(grey.bicubic(&at));
+    // Sensitivities take the smooth range: the pixel's own noise in them would be correlated with
+    // the residual, and a thousandth of a metre over one frame is centimetres per second.
+    let smooth = f64::from(second.smooth_range.data()[i]);
+    let arm = grid.ray(x, y) * smooth;
+    // d here = -(turned x R d_omega) + R d_v, times dt
+    let back = motion.rotation.inverse();
+    let row = |slope: Vector3<f64>, along: f64| {
+        // dr = g . d here with the covector g in the first frame, carried to the second
+        let tangent = (slope - eta * eta.dot(&slope)) / smooth;
+        let g = back * (eta * along - tangent);
+        let by_omega = arm.cross(&g);
+        Vector6::new(by_omega.x, by_omega.y, by_omega.z, g.x, g.y, g.z) * dt_s
+    };
+    let carried = |slopes: &[Vector3<f64>]| motion.rotation * slopes[i];
+    Some(Row {
+        residual: [residual_grey, residual_range],
+        sensitivity: [
+            row(carried(&second.grey_slope), 0.0),
+            row(carried(&second.range_slope), 1.0),
+        ],
+    })
+}
+
+/// Add the rows of brightness (0) or range (1), weighted by their own robust scale. A brightness
+/// that all pixels share belongs to the exposure and is taken off.
+fn add(pair: &mut PairInformation, rows: &[Row], kind: usize, width: usize) {
+    let usable =
+        |row: &&Row| row.residual[kind].is_finite() && row.sensitivity[kind].sum().is_finite();
+    let mut residuals: Vec<f64> = rows
+        .iter()
+        .filter(usable)
+        .map(|row| row.residual[kind])
+        .collect();
+    if residuals.len() < 50 {
+        return;
+    }
+    let offset = if kind == 0 {
+        median(&mut residuals)
+    } else {
+        0.0
+    };
+    residuals.iter_mut().for_each(|r| *r = (*r - offset).abs());
+    let scale = (MAD * median(&mut residuals)).max(1e-9);
+    let chunk = |rows: &[Row]| {
+        let (mut information, mut gradient) = (Matrix6::zeros(), Vector6::zeros());
+        for row in rows.iter().filter(usable) {
+            let (s, r) = (&row.sensitivity[kind], row.residual[kind] - offset);
+            let ratio = r / (CAUCHY * scale);
+            let weight = 1.0 / (scale * scale * (1.0 + ratio * ratio) * OVERCONFIDENCE);
+            information += s * s.transpose() * weight;
+            gradient += s * (weight * r);
+        }
+        (information, gradient)
+    };
+    let parts: Vec<_> = rows.par_chunks(width).map(chunk).collect();
+    for (information, gradient) in parts {
+        pair.information += information;
+        pair.gradient += gradient;
+    }
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// One pass of 1-2-1 along rows and columns; unknown pixels stay unknown and give no weight.
+fn smoothed(image: &Plane<f32>) -> Plane<f32> {
+    let (width, height) = image.size();
+    let pass = |image: &Plane<f32>, dx: usize, dy: usize| {
+        Plane::from_fn(width, height, |x, y| {
+            let own = image[(x, y)];
+            if own.is_nan() {
+                return own;
+            }
+            let (mut sum, mut weight) = (2.0 * own, 2.0);
+            let before = (x >= dx && y >= dy).then(|| image[(x - dx, y - dy)]);
+            for value in before.into_iter().chain(image.get(x + dx, y + dy).copied()) {
+                if !value.is_nan() {
+                    (sum, weight) = (sum + value, weight + 1.0);
+                }
+            }
+            sum / weight
+        })
+    };
+    pass(&pass(image, 1, 0), 0, 1)
+}

@@ -1,0 +1,291 @@
+//! The estimator of velocity biases: images and measured velocities in, biases with a status out.
+
+use super::alignment::{Sloped, align};
+use super::config::{BiasMethod, VelocityBiasConfig};
+use super::images::Binning;
+use super::information::{BiasInformation, PairInformation};
+use super::observer::{FieldObserver, Gains, ImageVelocity};
+use super::window::Window;
+use crate::{Reason, Result, Sensor, Status};
+use nalgebra::{Matrix6, Vector3, Vector6};
+use sphereflow_core::{Plane, RangeMap};
+use sphereflow_sphere::{Camera, SphereGrid};
+
+/// What is told after each pair of images; order [angular, linear].
+#[derive(Clone, Debug, PartialEq)]
+pub struct VelocityBiasState {
+    /// To be subtracted from the measured angular velocity, rad/s.
+    pub angular_rad_s: Vector3<f64>,
+    /// To be subtracted from the measured linear velocity, m/s; `None` before one was measured.
+    pub linear_m_s: Option<Vector3<f64>>,
+    /// Covariance of the information form; the observers have none.
+    pub covariance: Option<Matrix6<f64>>,
+    /// Directions [angular, linear] that the images so far do not show, of unit length with rates
+    /// scaled by the mean range.
+    pub blind_directions: Vec<Vector6<f64>>,
+    /// The images' part of the observers' Lyapunov function.
+    pub field_energy: Option<f64>,
+    /// What became of the images.
+    pub status: Status,
+}
+
+/// Estimates the biases of measured velocities.
+#[derive(Clone, Debug)]
+pub struct VelocityBiasEstimator {
+    config: VelocityBiasConfig,
+    grid: SphereGrid,
+    binning: Binning,
+    estimator: Estimator,
+    mean_range: f64,
+    /// Information of the images so far, for observability.
+    seen: Matrix6<f64>,
+    linear_measured: bool,
+    status: Status,
+}
+
+#[derive(Clone, Debug)]
+enum Estimator {
+    Information(Box<Information>),
+    Observer(Box<FieldObserver>),
+}
+
+/// The information form and the images before.
+#[derive(Clone, Debug)]
+struct Information {
+    sum: BiasInformation,
+    last: Option<Sloped>,
+    /// Linear velocity of the last pair, where none is measured.
+    own_v: Vector3<f64>,
+}
+
+/// Fewer pixels than this part of the image make no pair.
+const MIN_SHARE: f64 = 0.1;
+/// Warps of a pair, at most: one more while the step moves the image by more than [`SETTLED_RAD`].
+const MOST_WARPS: usize = 4;
+/// A step of the warp below this angle over the pair is not repeated: a tenth of a pixel at 160.
+const SETTLED_RAD: f64 = 5e-4;
+/// Square root of the smallest to the largest eigenvalue below which a direction is blind.
+const BLIND_SCORE: f64 = 0.01;
+
+impl VelocityBiasEstimator {
+    /// For the images of a camera.
+    ///
+    /// # Errors
+    /// A value error naming the setting out of range.
+    pub fn new(camera: &Camera, config: VelocityBiasConfig) -> Result<Self> {
+        config.check()?;
+        let (binning, grid) = Binning::new(camera, config.max_width)?;
+        let observer = |gains: Gains| -> Result<Estimator> {
+            let window = Window::new(&grid, config.window_border)?;
+            let lambda = [config.gains.lambda_y, config.gains.lambda_d];
+            let observer =
+                FieldObserver::new(grid.clone(), window, gains, config.gains.k_field, lambda);
+            Ok(Estimator::Observer(Box::new(observer)))
+        };
+        let estimator = match config.method {
+            BiasMethod::Information => Estimator::Information(Box::new(Information {
+                sum: BiasInformation::new(
+                    [config.angular_bias_sigma, config.linear_bias_sigma],
+                    [config.angular_sigma, config.linear_sigma],
+                    config.forget_s,
+                ),
+                last: None,
+                own_v: Vector3::zeros(),
+            })),
+            BiasMethod::Observer => observer(Gains::Fixed(config.gains.k_omega, config.gains.k_v))?,
+            BiasMethod::Normalised => observer(Gains::Normalised(config.rate_per_s))?,
+        };
+        Ok(Self {
+            config,
+            grid,
+            binning,
+            estimator,
+            mean_range: 1.0,
+            seen: Matrix6::zeros(),
+            linear_measured: false,
+            status: Status::Starting(Reason::NoData),
+        })
+    }
+
+    /// The settings.
+    pub fn config(&self) -> &VelocityBiasConfig {
+        &self.config
+    }
+
+    /// Brightness (any unit) and range (m) of an instant, NaN unknown, and the velocities measured
+    /// over the `dt_s` since the images before (means over that time). Without a linear velocity the
+    /// observers take it for zero, and the information form for unknown.
+    ///
+    /// # Errors
+    /// A shape error where an image is not of the camera's size.
+    pub fn step(
+        &mut self,
+        grey: &Plane<f32>,
+        range: &RangeMap,
+        velocity: &ImageVelocity,
+        dt_s: f64,
+    ) -> Result<VelocityBiasState> {
+        self.status = self.advance(grey, range.metres(), velocity, dt_s)?;
+        Ok(self.state())
+    }
+
+    /// The state after the last images.
+    pub fn state(&self) -> VelocityBiasState {
+        let (bias, covariance, field_energy) = match &self.estimator {
+            Estimator::Information(i) => (i.sum.bias(), i.sum.covariance(), None),
+            Estimator::Observer(o) => (o.bias(), None, Some(o.field_energy())),
+        };
+        VelocityBiasState {
+            angular_rad_s: bias.fixed_rows::<3>(0).into_owned(),
+            linear_m_s: self
+                .linear_measured
+                .then(|| bias.fixed_rows::<3>(3).into_owned()),
+            covariance,
+            blind_directions: self.blind_directions(),
+            field_energy,
+            status: self.status,
+        }
+    }
+
+    /// The Lyapunov function (5.17) of the observer with fixed gains.
+    pub fn lyapunov(&self, true_bias: &Vector6<f64>) -> Option<f64> {
+        match &self.estimator {
+            Estimator::Observer(o) => o.lyapunov(true_bias),
+            Estimator::Information(_) => None,
+        }
+    }
+
+    fn advance(
+        &mut self,
+        grey: &Plane<f32>,
+        range: &Plane<f32>,
+        velocity: &ImageVelocity,
+        dt_s: f64,
+    ) -> Result<Status> {
+        let images = self.binning.bin(grey, range)?;
+        if !(dt_s > 0.0 && dt_s.is_finite()) {
+            return Ok(Status::Skipped(Reason::StampNotIncreasing));
+        }
+        let v = velocity.linear_m_s.unwrap_or_default();
+        if !velocity
+            .angular_rad_s
+            .iter()
+            .chain(&v)
+            .all(|x| x.is_finite())
+        {
+            return Ok(Status::Skipped(Reason::NotFinite {
+                sensor: Sensor::Velocity,
+            }));
+        }
+        let known: Vec<f64> = images
+            .range
+            .data()
+            .iter()
+            .map(|d| f64::from(*d))
+            .filter(|d| d.is_finite())
+            .collect();
+        let share = known.len() as f64 / images.range.data().len().max(1) as f64;
+        if share < MIN_SHARE {
+            return Ok(Status::Skipped(Reason::FewPixels { share }));
+        }
+        self.mean_range = known.iter().sum::<f64>() / known.len() as f64;
+        self.linear_measured |= velocity.linear_m_s.is_some();
+        match &mut self.estimator {
+            Estimator::Observer(observer) => {
+                observer.step(images, velocity, dt_s)?;
+                self.seen += observer.gram() * dt_s;
+            }
+            Estimator::Information(information) => {
+                let next = Sloped::new(&self.grid, images)?;
+                let Some(last) = information.last.replace(next) else {
+                    return Ok(Status::Starting(Reason::NoData));
+                };
+                let (pair, share) = information.pair(&self.grid, &last, velocity, dt_s);
+                if share < MIN_SHARE {
+                    return Ok(Status::Skipped(Reason::FewPixels { share }));
+                }
+                information
+                    .sum
+                    .push(&pair, velocity.linear_m_s.is_some(), dt_s);
+                self.seen += pair.information;
+            }
+        }
+        Ok(match self.blind_directions().len() {
+            0 => Status::Ok,
+            directions => Status::Weak(Reason::Unobservable { directions }),
+        })
+    }
+
+    /// Thesis: Theorem 3: a closed scene with a rotation axis, or a view that slides on itself, shows
+    /// fewer than six directions.
+    fn blind_directions(&self) -> Vec<Vector6<f64>> {
+        let size = if self.linear_measured { 6 } else { 3 };
+        let l = self.mean_range;
+        let scale = Matrix6::from_diagonal(&Vector6::new(1.0 / l, 1.0 / l, 1.0 / l, 1.0, 1.0, 1.0));
+        let mut form = scale * self.seen * scale;
+        if size == 3 {
+            // Without linear velocity only the angular part is asked for.
+            for i in 3..6 {
+                form.row_mut(i).fill(0.0);
+                form.column_mut(i).fill(0.0);
+                form[(i, i)] = form[(0, 0)].max(form[(1, 1)]).max(form[(2, 2)]);
+            }
+        }
+        let eigen = form.symmetric_eigen();
+        let largest = eigen.eigenvalues.max();
+        (0..6)
+            .filter(|i| eigen.eigenvalues[*i] <= BLIND_SCORE * BLIND_SCORE * largest)
+            .map(|i| eigen.eigenvectors.column(i).into_owned())
+            .collect()
+    }
+}
+
+impl Information {
+    /// The pair's normal equations at its own optimum: warped again while that moves the image.
+    fn pair(
+        &mut self,
+        grid: &SphereGrid,
+        last: &Sloped,
+        velocity: &ImageVelocity,
+        dt_s: f64,
+    ) -> (PairInformation, f64) {
+        let next = self.last.as_ref().unwrap_or(last);
+        let measured_v = velocity.linear_m_s;
+        let w = velocity.angular_rad_s;
+        let mut bias = self.sum.bias();
+        if measured_v.is_none() {
+            // The unknown velocity is its own bias, with a reading of zero.
+            bias.fixed_rows_mut::<3>(3).copy_from(&-self.own_v);
+        }
+        let v = measured_v.unwrap_or_default();
+        let measured = Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z);
+        let mut found = align(grid, last, next, &(measured - bias), &bias, dt_s);
+        for _ in 1..MOST_WARPS {
+            let Some(step) = found
+                .0
+                .information
+                .cholesky()
+                .map(|c| c.solve(&found.0.gradient))
+            else {
+                break;
+            };
+            let angle =
+                (step.fixed_rows::<3>(0).norm() + step.fixed_rows::<3>(3).norm() * 0.5) * dt_s;
+            if angle < SETTLED_RAD || !angle.is_finite() {
+                break;
+            }
+            bias += step;
+            found = align(grid, last, next, &(measured - bias), &bias, dt_s);
+        }
+        if measured_v.is_none() {
+            let solved = found
+                .0
+                .information
+                .cholesky()
+                .map(|c| c.solve(&found.0.gradient));
+            let step = solved.unwrap_or_else(Vector6::zeros);
+            self.own_v = -(bias + step).fixed_rows::<3>(3);
+        }
+        found
+    }
+}

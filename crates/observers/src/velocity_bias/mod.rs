@@ -1,0 +1,21 @@
+//! Biases of measured velocities from brightness and range images (Chapter 5).
+//!
+//! `omega_m = omega + omega_b`, `v_m = v + v_b` (body frame of the camera), Thesis: eq. (5.1), and the
+//! images move by the true velocities. Three estimators: the thesis's observer with its own gains,
+//! the same with gains normalised by the Gram matrix of the images, and the information form.
+
+mod alignment;
+mod config;
+mod estimator;
+mod images;
+mod information;
+mod observer;
+#[cfg(test)]
+mod tests;
+mod window;
+
+pub use config::{BiasMethod, FixedGains, VelocityBiasConfig};
+pub use estimator::{VelocityBiasEstimator, VelocityBiasState};
+pub use information::{BiasInformation, PairInformation};
+pub use observer::{FieldObserver, Gains, ImageVelocity};
+pub use window::Window;

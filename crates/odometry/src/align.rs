@@ -1,0 +1,359 @@
+//! Alignment of two frames: robust solves of the weak form from coarse to fine, the second image
+//! warped by the estimate before each.
+
+use crate::Result;
+use crate::binning::InverseDepth;
+use crate::brightness::{Brightness, GreyPyramid, Images};
+use crate::config::Config;
+use crate::pyramid::{FramePyramid, LevelStack};
+use crate::robust::{Prior, RobustSolver, Solution};
+use crate::row_motion::{self, RollingShutter, RowMotion};
+use crate::warp::Warp;
+use crate::weak_form::{CellSums, Pair, WeakForm};
+use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
+use sphereflow_core::{Pose, Reason, Twist};
+use sphereflow_sphere::Camera;
+use sphereflow_sphere::lie::se3;
+
+/// Further solves where the last one moved more than the one before: noise does that at times, and
+/// one more then settles; a solve that still grows after these has not converged.
+const PATIENCE: usize = 2;
+/// Steps of the warp's fixed point on the finest level and on the others. On the finest, one leaves
+/// the noise of the first image in where the second is looked up, and costs a factor of two in drift
+/// on real recordings; a third gains little.
+const FINE_STEPS: usize = 2;
+const COARSE_STEPS: usize = 1;
+/// Every so many blocks of the coarsest level are looked at for overlap and flow.
+const FLOW_STRIDE: usize = 2;
+
+/// How the second image was read out, as far as known before its motion is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ReadOut {
+    /// Time between the exposures of first and last row, seconds.
+    pub(crate) readout_s: f64,
+    /// Pose of an earlier frame in the frame of the first image, and the time since then: with the
+    /// pose sought it makes the velocity during the exposure.
+    pub(crate) first_from_earlier: Pose,
+    pub(crate) since_s: f64,
+}
+
+/// What to align, and what is known.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Task<'a> {
+    pub(crate) first: &'a FramePyramid,
+    pub(crate) second: &'a FramePyramid,
+    /// `first_from_second`, a first guess.
+    pub(crate) guess: Pose,
+    /// Known of the motion `first_from_second` apart from the images, with the information in the
+    /// coordinates of the first frame.
+    pub(crate) prior: Option<(Pose, Matrix6<f64>)>,
+    /// `None`: all rows were exposed at the stamp.
+    pub(crate) readout: Option<ReadOut>,
+    /// Brightness of both images, where known: pixels see what those of the depth images do.
+    pub(crate) brightness: Option<(&'a GreyPyramid, &'a GreyPyramid)>,
+    /// The finest level used.
+    pub(crate) finest: usize,
+    /// True to try samples where the first solve leaves more than noise.
+    pub(crate) restart: bool,
+}
+
+/// Two frames aligned.
+#[derive(Clone, Debug)]
+pub(crate) struct Alignment {
+    /// `first_from_second`.
+    pub(crate) motion: Pose,
+    /// Last solve.
+    pub(crate) solution: Solution,
+    /// Robust residual with which the first solve began.
+    pub(crate) scale_at_start: f64,
+    /// Share of the first image's blocks known in both.
+    pub(crate) known_share: f64,
+    /// Share of the first image's surface that lies within the second image.
+    pub(crate) overlap: f64,
+    /// Median displacement, pixels of the full image.
+    pub(crate) flow_px: f64,
+    /// False where the steps still grew.
+    pub(crate) settled: bool,
+    pub(crate) solves: usize,
+}
+
+/// Tables and working memory of one camera.
+#[derive(Clone, Debug)]
+pub(crate) struct Aligner {
+    pub(crate) stack: LevelStack,
+    camera: Camera,
+    warped: InverseDepth,
+    rows: Vec<RowMotion>,
+    pair: Pair,
+    sums: Vec<CellSums>,
+    solver: RobustSolver,
+    flows: Vec<f64>,
+    brightness: Brightness,
+}
+
+impl Aligner {
+    pub(crate) fn new(camera: &Camera, config: &Config) -> Result<Self> {
+        config.validate()?;
+        Ok(Self {
+            stack: LevelStack::new(camera, config)?,
+            camera: camera.clone(),
+            warped: InverseDepth::default(),
+            rows: Vec::new(),
+            pair: Pair::default(),
+            sums: Vec::new(),
+            solver: RobustSolver::default(),
+            flows: Vec::new(),
+            brightness: Brightness::default(),
+        })
+    }
+
+    /// Aligns from coarse to fine.
+    ///
+    /// # Errors
+    /// The reason why there is nothing to solve, with the share of blocks known in both images.
+    pub(crate) fn align(
+        &mut self,
+        config: &Config,
+        task: &Task<'_>,
+    ) -> std::result::Result<Alignment, (Reason, f64)> {
+        let mut motion = task.guess;
+        let mut last: Option<Solution> = None;
+        let (mut scale_at_start, mut known_share) = (f64::NAN, 0.0);
+        let (mut step_m, mut settled, mut solves) = (f64::INFINITY, true, 0);
+        for level in self.schedule(config, task.finest) {
+            if level == REPEAT && settled {
+                break;
+            }
+            let level = level % REPEAT;
+            self.warp(config, task, level, motion);
+            known_share = self.pair.known_share();
+            if known_share < config.min_known_share {
+                return Err((Reason::FewKnownPixels { share: known_share }, known_share));
+            }
+            let mut prior = prior_of_step(task, &motion);
+            self.add_brightness(config, task, level, &mut prior);
+            let solution = self
+                .solve(config, level, &prior, task.restart && solves == 0)
+                .map_err(|reason| (reason, known_share))?;
+            if solves == 0 {
+                scale_at_start = solution.scale_at_rest;
+            }
+            solves += 1;
+            motion = se3::exp(&solution.twist) * motion;
+            let size = size_m(&solution.twist, solution.mean_range_m);
+            settled = size < step_m.max(config.covariance.floor_m) || solves == 1;
+            step_m = size;
+            last = Some(solution);
+        }
+        let (overlap, flow_px) = self.overlap_and_flow(task.first, &motion);
+        let solution = last.ok_or((Reason::NotConverged, known_share))?;
+        Ok(Alignment {
+            motion,
+            solution,
+            scale_at_start,
+            known_share,
+            overlap,
+            flow_px,
+            settled,
+            solves,
+        })
+    }
+
+    /// The levels of the solves, one after the other; those beyond [`REPEAT`] only where the last
+    /// step was not smaller than the one before.
+    fn schedule(&self, config: &Config, finest: usize) -> impl Iterator<Item = usize> + use<> {
+        let coarsest = self.stack.levels.len() - 1;
+        let finest = finest.min(coarsest);
+        let coarse = if coarsest > finest {
+            config.coarse_solves
+        } else {
+            1
+        };
+        let down = (finest..coarsest).rev();
+        std::iter::repeat_n(coarsest, coarse)
+            .chain(down)
+            .chain(std::iter::repeat_n(finest, config.warps))
+            .chain(std::iter::repeat_n(finest + REPEAT, PATIENCE))
+    }
+
+    /// Makes the pair of the first image and the second one seen from the first's pose.
+    fn warp(&mut self, config: &Config, task: &Task<'_>, level: usize, motion: Pose) {
+        let shutter = task
+            .readout
+            .map_or_else(RollingShutter::default, |readout| {
+                let moved = readout.first_from_earlier.inverse() * motion;
+                RollingShutter {
+                    twist: Twist::from_vector(&(se3::log(&moved) / readout.since_s)),
+                    readout_s: readout.readout_s,
+                }
+            });
+        let tables = &self.stack.levels[level];
+        let (first, second) = (&task.first.levels[level], &task.second.levels[level]);
+        if motion == Pose::identity() && shutter.is_global() {
+            // An image at rest needs no look-up, which would lose the borders of holes.
+            row_motion::fill(&mut self.rows, &motion, &shutter, tables.table.height);
+            self.pair.fill(&tables.table, first, second);
+            return;
+        }
+        Warp {
+            camera: &tables.camera,
+            plane: tables.plane.as_ref(),
+            table: &tables.table,
+            second,
+            motion,
+            shutter,
+            max_jump: config.max_jump as f32,
+            steps: if level == task.finest {
+                FINE_STEPS
+            } else {
+                COARSE_STEPS
+            },
+        }
+        .fill(first, &mut self.rows, &mut self.warped);
+        self.pair.fill(&tables.table, first, &self.warped);
+    }
+
+    /// What the brightness says of the step left, where there are images.
+    fn add_brightness(
+        &mut self,
+        config: &Config,
+        task: &Task<'_>,
+        level: usize,
+        prior: &mut Prior,
+    ) {
+        let Some((first, second)) = task.brightness else {
+            return;
+        };
+        let tables = &self.stack.levels[level];
+        let images = Images {
+            first_depth: &task.first.levels[level],
+            pair: &self.pair.mean,
+            first: &first.levels[level],
+            second: &second.levels[level],
+            rows: &self.rows,
+        };
+        let weight = config.brightness_weight;
+        let term = self.brightness.term(tables, &images, weight);
+        prior.information += term.information;
+        prior.gradient += term.gradient;
+    }
+
+    /// Weak form and robust solve of the current pair.
+    fn solve(
+        &mut self,
+        config: &Config,
+        level: usize,
+        prior: &Prior,
+        restart: bool,
+    ) -> std::result::Result<Solution, Reason> {
+        let tables = &self.stack.levels[level];
+        WeakForm {
+            table: &tables.table,
+            tiling: &tables.tiling,
+            pair: &self.pair,
+            max_jump: config.max_jump as f32,
+        }
+        .accumulate(&mut self.sums);
+        let found = self.solver.take(&self.sums, &tables.tiling, config);
+        if found < config.min_domains {
+            return Err(Reason::FewDomains {
+                found,
+                needed: config.min_domains,
+            });
+        }
+        let solution = if restart {
+            self.solver.solve(config, prior)
+        } else {
+            self.solver.solve_from(config, prior, Vector6::zeros())
+        };
+        let finite = solution.twist.iter().all(|v| v.is_finite());
+        finite.then_some(solution).ok_or(Reason::NotConverged)
+    }
+
+    /// The image of a frame as it would be had all rows been exposed at the stamp, given the
+    /// camera's velocity during the exposure. Only the finest level is looked up; the others are
+    /// averaged from it.
+    pub(crate) fn undo_rolling_shutter(
+        &mut self,
+        config: &Config,
+        frame: &FramePyramid,
+        shutter: RollingShutter,
+        out: &mut FramePyramid,
+    ) {
+        out.levels
+            .resize_with(self.stack.levels.len(), Default::default);
+        let tables = &self.stack.levels[0];
+        Warp {
+            camera: &tables.camera,
+            plane: tables.plane.as_ref(),
+            table: &tables.table,
+            second: &frame.levels[0],
+            motion: Pose::identity(),
+            shutter,
+            max_jump: config.max_jump as f32,
+            steps: FINE_STEPS,
+        }
+        .fill(&frame.levels[0], &mut self.rows, &mut out.levels[0]);
+        self.stack.coarsen(out);
+    }
+
+    /// Share of the first image's surface within the second image, and the median displacement in
+    /// pixels of the full image, were the motion `first_from_second`.
+    pub(crate) fn overlap_and_flow(&mut self, first: &FramePyramid, motion: &Pose) -> (f64, f64) {
+        let coarsest = self.stack.levels.len() - 1;
+        let (tables, image) = (&self.stack.levels[coarsest], &first.levels[coarsest]);
+        let rays = tables.table.rays(image.axis);
+        let block = (self.stack.finest_block << coarsest) as f64;
+        let second_from_first = motion.inverse();
+        let (mut known, mut inside) = (0_usize, 0_usize);
+        self.flows.clear();
+        let width = tables.table.width;
+        for y in (0..tables.table.height).step_by(FLOW_STRIDE) {
+            for x in (0..width).step_by(FLOW_STRIDE) {
+                let i = y * width + x;
+                let value = image.values[i];
+                if value.is_nan() || value <= 0.0 {
+                    continue;
+                }
+                known += 1;
+                let range = f64::from(rays.length[i] / value);
+                let ray = Vector3::from(rays.direction[i].map(f64::from));
+                let point = second_from_first.transform(&(ray * range));
+                let Some(pixel) = self.camera.project(&point) else {
+                    continue;
+                };
+                if self.camera.contains(&pixel) {
+                    inside += 1;
+                    let from = Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * block;
+                    self.flows.push((pixel - from.add_scalar(-0.5)).norm());
+                }
+            }
+        }
+        if inside == 0 {
+            return (0.0, f64::INFINITY);
+        }
+        let middle = inside / 2;
+        let (_, median, _) = self.flows.select_nth_unstable_by(middle, f64::total_cmp);
+        (inside as f64 / known as f64, *median)
+    }
+}
+
+/// Added to a level of the schedule that is only solved where the steps still grow.
+const REPEAT: usize = 1 << 16;
+
+/// What is known of the step that is left to do.
+fn prior_of_step(task: &Task<'_>, motion: &Pose) -> Prior {
+    task.prior.map_or_else(Prior::none, |(known, information)| {
+        let motion = se3::log(&(known * motion.inverse()));
+        Prior {
+            motion,
+            information,
+            gradient: information * motion,
+        }
+    })
+}
+
+/// A motion in metres: rotation counts at the scene's mean range.
+pub(crate) fn size_m(motion: &Vector6<f64>, range_m: f64) -> f64 {
+    motion.fixed_rows::<3>(3).norm() + range_m * motion.fixed_rows::<3>(0).norm()
+}

@@ -1,0 +1,67 @@
+//! Keyframes: frames that later ones are aligned to, so that errors do not add up frame by frame.
+
+use crate::pyramid::FramePyramid;
+use nalgebra::Matrix6;
+use sphereflow_core::{Pose, Stamp, Twist};
+
+/// When a frame becomes a keyframe, and when an alignment is believed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyframePolicy {
+    /// False measures every frame against the one before.
+    pub enabled: bool,
+    /// Below this share of the keyframe's surface within the image, the next keyframe is made.
+    pub min_overlap: f64,
+    /// Above this median displacement too, pixels of an image 640 pixels wide.
+    pub max_flow_px: f64,
+    /// Below this share, an alignment is not believed.
+    pub least_overlap: f64,
+    /// Largest distance between the predicted and the measured position, metres.
+    pub max_surprise_m: f64,
+}
+
+impl Default for KeyframePolicy {
+    fn default() -> Self {
+        Self {
+            enabled: true,
+            min_overlap: 0.7,
+            max_flow_px: 120.0,
+            least_overlap: 0.3,
+            max_surprise_m: 0.15,
+        }
+    }
+}
+
+/// How a frame was measured: its pose relative to its keyframe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyframeMotion {
+    /// Number of the keyframe, from 0.
+    pub keyframe: usize,
+    /// Pose of the camera in the keyframe's frame.
+    pub keyframe_from_camera: Pose,
+    /// Covariance of `[rotation, translation]`, radians and metres, in the keyframe's frame.
+    pub covariance: Matrix6<f64>,
+}
+
+/// The frame that others are aligned to.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Keyframe {
+    pub(crate) index: usize,
+    pub(crate) pose: Pose,
+    /// As if all rows had been exposed at the stamp.
+    pub(crate) image: FramePyramid,
+    /// False where the velocity during its exposure was not yet known.
+    pub(crate) shutter_undone: bool,
+}
+
+/// The last frame with a measured pose.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LastFrame {
+    pub(crate) stamp: Stamp,
+    pub(crate) pose: Pose,
+    /// As it came from the camera.
+    pub(crate) image: FramePyramid,
+    /// Velocity up to this frame; zero before the second.
+    pub(crate) twist: Twist,
+    /// True where it is the keyframe itself.
+    pub(crate) is_keyframe: bool,
+}

@@ -1,0 +1,148 @@
+//! The averaged images of one frame, from fine to coarse, and the tables that go with them.
+
+use crate::Result;
+use crate::binning::{BlockRule, InverseDepth};
+use crate::config::Config;
+use crate::depth_image::DepthImage;
+use crate::plane_projection::PlaneProjection;
+use crate::sphere_table::SphereTable;
+use crate::tiling::Tiling;
+use sphereflow_core::Error;
+use sphereflow_sphere::Camera;
+
+/// What does not change from frame to frame at one size of blocks.
+#[derive(Clone, Debug)]
+pub(crate) struct Level {
+    pub(crate) camera: Camera,
+    pub(crate) plane: Option<PlaneProjection>,
+    pub(crate) table: SphereTable,
+    pub(crate) tiling: Tiling,
+}
+
+/// Inverse depths of one frame; the first level is the finest, each next one has blocks twice as
+/// wide.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FramePyramid {
+    pub(crate) levels: Vec<InverseDepth>,
+    /// Working memory.
+    scratch: Vec<f32>,
+}
+
+/// The levels of a camera.
+#[derive(Clone, Debug)]
+pub(crate) struct LevelStack {
+    size: (usize, usize),
+    pub(crate) finest_block: usize,
+    rule: BlockRule,
+    max_bend: f32,
+    pub(crate) levels: Vec<Level>,
+}
+
+impl FramePyramid {
+    /// Without the finest level: a quarter of the memory, and hardly less accurate on real images.
+    pub(crate) fn coarse(&self) -> Self {
+        let mut levels = self.levels.clone();
+        if levels.len() > 1 {
+            levels[0] = InverseDepth::default();
+        }
+        Self {
+            levels,
+            scratch: Vec::new(),
+        }
+    }
+}
+
+impl LevelStack {
+    /// Tables of all levels that [`Config`] asks for and the image has room for.
+    pub(crate) fn new(camera: &Camera, config: &Config) -> Result<Self> {
+        let finest_block = config.block_for(camera);
+        let mut levels = Vec::new();
+        for level in 0..config.levels {
+            let block = finest_block << level;
+            let binned = camera.binned(block);
+            // The finest level must exist, coarser ones only where some domains fit in.
+            let binned = match binned {
+                Ok(binned) if level == 0 || binned.height() >= MIN_COARSE_ROWS => binned,
+                Ok(_) => break,
+                Err(error) if level == 0 => return Err(error.into()),
+                Err(_) => break,
+            };
+            let wanted = match level {
+                0 => config.domains,
+                _ => config
+                    .domains
+                    .min(binned.width() * binned.height() / COARSE_DOMAIN),
+            };
+            levels.push(Level {
+                plane: PlaneProjection::new(&binned),
+                table: SphereTable::new(camera, block)?,
+                tiling: Tiling::new(binned.width(), binned.height(), wanted.max(1)),
+                camera: binned,
+            });
+        }
+        Ok(Self {
+            size: (camera.width(), camera.height()),
+            finest_block,
+            rule: BlockRule {
+                block: finest_block,
+                known_share: config.block_known_share as f32,
+                max_spread: config.max_jump as f32,
+            },
+            max_bend: config.max_bend as f32,
+            levels,
+        })
+    }
+
+    /// Averages an image of the camera's size into all levels.
+    pub(crate) fn average(
+        &self,
+        image: &DepthImage<'_>,
+        argument: &str,
+        out: &mut FramePyramid,
+    ) -> Result<()> {
+        let (width, height) = self.size;
+        if image.size() != self.size {
+            let (w, h) = image.size();
+            let expected = format!("{width}x{height} pixels as the camera");
+            return Err(Error::shape(argument, expected, format!("{w}x{h} pixels")).into());
+        }
+        out.levels.resize_with(self.levels.len(), Default::default);
+        out.levels[0].average(image, self.rule);
+        self.coarsen(out);
+        self.cut_edges(out);
+        Ok(())
+    }
+
+    /// On the finest of several levels, where the images are warped by a good estimate, domains do
+    /// without the blocks on edges between surfaces: what one image hides there is a bias. Where
+    /// noise hides the edges themselves nothing is cut, as that would cut the noise.
+    fn cut_edges(&self, out: &mut FramePyramid) {
+        let FramePyramid { levels, scratch } = out;
+        if levels.len() < 2 {
+            return;
+        }
+        let width = self.levels[0].table.width;
+        if EDGE_CONTRAST * levels[0].bend_noise(width, scratch) < self.max_bend {
+            levels[0].cut_edges(width, self.max_bend, scratch);
+        }
+    }
+
+    /// The coarser levels anew from the finest one.
+    pub(crate) fn coarsen(&self, out: &mut FramePyramid) {
+        let (finest, coarser) = out.levels.split_at_mut(1);
+        for (k, level) in coarser.iter_mut().enumerate() {
+            let rule = BlockRule {
+                block: 2 << k,
+                ..self.rule
+            };
+            level.average_of(&finest[0], self.levels[0].table.width, rule);
+        }
+    }
+}
+
+/// An edge must stand out of the noise by this factor to be seen.
+const EDGE_CONTRAST: f32 = 6.0;
+/// Rows of blocks that the coarsest level needs: fewer make no domains.
+const MIN_COARSE_ROWS: usize = 24;
+/// Blocks in a domain of the coarser levels.
+const COARSE_DOMAIN: usize = 25;

@@ -1,0 +1,110 @@
+//! A motion between two images whose second was read out row by row.
+
+use nalgebra::{Matrix3, Vector3};
+use sphereflow_core::{Pose, Twist};
+use sphereflow_sphere::lie::se3;
+
+/// Rolling shutter: row `y` of `height` is exposed `((y + 1/2) / height - 1/2) * readout_s` after
+/// the stamp, while the camera moves with `twist`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct RollingShutter {
+    pub(crate) twist: Twist,
+    pub(crate) readout_s: f64,
+}
+
+impl RollingShutter {
+    /// True where all rows see the same moment, or the camera is at rest.
+    pub(crate) fn is_global(&self) -> bool {
+        self.readout_s == 0.0 || self.twist == Twist::default()
+    }
+
+    /// Pose of the camera when row `y` was exposed, in the frame of the camera at the stamp.
+    fn stamp_from_row(&self, y: usize, height: usize) -> Pose {
+        let offset_s = ((y as f64 + 0.5) / height as f64 - 0.5) * self.readout_s;
+        se3::exp(&(self.twist.vector() * offset_s))
+    }
+}
+
+/// The motion to one row of the second image and back, for arithmetic in single precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RowMotion {
+    /// `second_from_first`.
+    pub(crate) to: Rigid,
+    /// `first_from_second`.
+    pub(crate) back: Rigid,
+}
+
+/// `x -> rotation x + translation`, rows first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rigid {
+    pub(crate) rotation: [[f32; 3]; 3],
+    pub(crate) translation: [f32; 3],
+}
+
+impl Rigid {
+    fn new(pose: &Pose) -> Self {
+        let m: Matrix3<f64> = *pose.rotation.to_rotation_matrix().matrix();
+        let t: Vector3<f64> = pose.translation;
+        Self {
+            rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|j| m[(i, j)] as f32)),
+            translation: [t.x as f32, t.y as f32, t.z as f32],
+        }
+    }
+
+    /// `rotation v`.
+    #[inline(always)]
+    pub(crate) fn turn(&self, v: [f32; 3]) -> [f32; 3] {
+        self.rotation
+            .map(|r| r[0] * v[0] + r[1] * v[1] + r[2] * v[2])
+    }
+}
+
+/// Fills `rows` with the motion to every row of the second image of `height` rows: a single entry
+/// where all rows are exposed at once.
+pub(crate) fn fill(
+    rows: &mut Vec<RowMotion>,
+    first_from_second: &Pose,
+    shutter: &RollingShutter,
+    height: usize,
+) {
+    rows.clear();
+    let one = |pose: Pose| RowMotion {
+        to: Rigid::new(&pose.inverse()),
+        back: Rigid::new(&pose),
+    };
+    if shutter.is_global() {
+        rows.push(one(*first_from_second));
+    } else {
+        let at = |y| *first_from_second * shutter.stamp_from_row(y, height);
+        rows.extend((0..height).map(|y| one(at(y))));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_exposed_around_the_stamp() {
+        let twist = Twist::from_vector(&[0.0, 0.0, 0.0, 2.0, 0.0, 0.0].into());
+        let shutter = RollingShutter {
+            twist,
+            readout_s: 0.03,
+        };
+        let mut rows = Vec::new();
+        fill(&mut rows, &Pose::identity(), &shutter, 480);
+        assert_eq!(rows.len(), 480);
+        let along = |y: usize| rows[y].back.translation[0];
+        assert!((along(0) + along(479)).abs() < 1e-9, "symmetric");
+        // 2 m/s for 30 ms, less one row
+        let whole = 0.06 * 479.0 / 480.0;
+        assert!((along(479) - along(0) - whole).abs() < 1e-6);
+        fill(
+            &mut rows,
+            &Pose::identity(),
+            &RollingShutter::default(),
+            480,
+        );
+        assert_eq!(rows.len(), 1);
+    }
+}

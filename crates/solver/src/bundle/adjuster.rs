@@ -1,0 +1,356 @@
+//! Bundle adjustment: the problem laid out once, then solved as often as wanted.
+
+use super::assembly::Assembly;
+use super::chunk::{Chunk, NONE, Scene};
+use super::intrinsics::Intrinsics;
+use super::issue::Issue;
+use super::layout::{Layout, layout};
+use super::problem::BundleProblem;
+use super::state::ViewPose;
+use crate::linear::{BlockSolver, LinearSolver};
+use crate::minimise::{Step, System, minimise};
+use crate::options::{Damping, Options};
+use crate::summary::{StopReason, Summary};
+use crate::{Error, Result};
+use nalgebra::Vector6;
+use rayon::prelude::*;
+use std::ops::Deref;
+use std::time::Duration;
+
+/// What an adjustment did, and what is wrong with the problem.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BundleSummary {
+    /// Costs, iterations, and why they ended.
+    pub summary: Summary,
+    /// What the measurements do not determine, and measurements that were left out.
+    pub issues: Vec<Issue>,
+    /// How the reduced system was solved.
+    pub linear_solver: LinearSolver,
+}
+
+impl Deref for BundleSummary {
+    type Target = Summary;
+
+    fn deref(&self) -> &Summary {
+        &self.summary
+    }
+}
+
+/// A problem with everything that its adjustment needs. Solving again, from other poses and points,
+/// allocates nothing but the summary (free intrinsics: a few numbers per camera).
+pub struct BundleAdjuster {
+    pub(super) problem: BundleProblem,
+    pub(super) layout: Layout,
+    pub(super) assembly: Assembly,
+    pub(super) solver: BlockSolver,
+    pub(super) poses: Vec<ViewPose>,
+    candidate_poses: Vec<ViewPose>,
+    pub(super) intrinsics: Vec<Intrinsics>,
+    candidate_intrinsics: Vec<Intrinsics>,
+    eliminated: Option<(Damping, f64)>,
+}
+
+/// Adjust a problem in place. Thesis: section 8.4.2.
+///
+/// # Errors
+/// Where a setting is outside its domain.
+pub fn adjust(
+    problem: &mut BundleProblem,
+    linear_solver: LinearSolver,
+    options: &Options,
+) -> Result<BundleSummary> {
+    let mut adjuster = BundleAdjuster::new(std::mem::take(problem), linear_solver);
+    let summary = adjuster.solve(options);
+    *problem = adjuster.into_problem();
+    summary
+}
+
+impl BundleAdjuster {
+    /// Lay the problem out. What it is measured by, what is fixed and what is left out as not seen
+    /// stays as it is from here on.
+    pub fn new(problem: BundleProblem, linear_solver: LinearSolver) -> Self {
+        let layout = layout(&problem);
+        let poses: Vec<ViewPose> = problem
+            .views
+            .iter()
+            .map(|view| ViewPose::from_world_from_camera(&view.world_from_camera))
+            .collect();
+        Self {
+            assembly: Assembly::new(&layout),
+            solver: BlockSolver::new(&layout.pattern, linear_solver),
+            candidate_poses: poses.clone(),
+            poses,
+            intrinsics: problem.intrinsics.clone(),
+            candidate_intrinsics: problem.intrinsics.clone(),
+            eliminated: None,
+            layout,
+            problem,
+        }
+    }
+
+    /// The problem in its present state.
+    pub fn problem(&self) -> &BundleProblem {
+        &self.problem
+    }
+
+    /// The problem in its present state.
+    pub fn into_problem(self) -> BundleProblem {
+        self.problem
+    }
+
+    /// What the measurements do not determine, and measurements that were left out.
+    pub fn issues(&self) -> &[Issue] {
+        &self.layout.issues
+    }
+
+    /// Start from other poses and points, given for all of them.
+    ///
+    /// # Errors
+    /// Where a number is wrong or not finite.
+    pub fn restart(
+        &mut self,
+        world_from_camera: &[sphereflow_core::Pose],
+        points: &[nalgebra::Vector3<f64>],
+    ) -> Result<()> {
+        let found = (world_from_camera.len(), points.len());
+        let expected = (self.problem.poses(), self.problem.points());
+        if found != expected {
+            let (expected, found) = (format!("{expected:?}"), format!("{found:?}"));
+            return Err(Error::value("poses and points", expected, found));
+        }
+        for (pose, world_from_camera) in world_from_camera.iter().enumerate() {
+            self.problem.set_pose(pose, *world_from_camera)?;
+        }
+        for (point, position) in points.iter().enumerate() {
+            self.problem.set_point(point, *position)?;
+        }
+        Ok(())
+    }
+
+    /// Adjust from the present state on.
+    ///
+    /// # Errors
+    /// Where a setting or a loss is outside its domain, or a measurement that was seen when the
+    /// problem was laid out is not seen any more.
+    pub fn solve(&mut self, options: &Options) -> Result<BundleSummary> {
+        let losses = self.problem.losses;
+        for loss in [losses.pixel, losses.point, losses.inverse_range] {
+            loss.check()?;
+        }
+        self.load();
+        let movable = self.layout.pattern.blocks() > 0
+            || self.layout.chunks.iter().any(Chunk::has_free_point);
+        let summary = if movable {
+            minimise(self, options)?
+        } else {
+            let cost = self.cost().unwrap_or(f64::NAN);
+            Summary {
+                initial_cost: cost,
+                final_cost: cost,
+                iterations: Vec::new(),
+                stop: StopReason::NothingToDo,
+                elapsed: Duration::ZERO,
+            }
+        };
+        self.store();
+        Ok(BundleSummary {
+            summary,
+            issues: self.layout.issues.clone(),
+            linear_solver: self.solver.kind(),
+        })
+    }
+
+    pub(super) fn load(&mut self) {
+        self.eliminated = None;
+        for (pose, view) in self.poses.iter_mut().zip(&self.problem.views) {
+            *pose = ViewPose::from_world_from_camera(&view.world_from_camera);
+        }
+        self.candidate_poses.copy_from_slice(&self.poses);
+        for chunk in &mut self.layout.chunks {
+            for (current, &point) in chunk.current.iter_mut().zip(&chunk.points) {
+                *current = self.problem.points[point as usize].position;
+            }
+        }
+    }
+
+    fn store(&mut self) {
+        for (view, (pose, &block)) in
+            (self.problem.views.iter_mut()).zip(self.poses.iter().zip(&self.layout.view_block))
+        {
+            if block != NONE {
+                view.world_from_camera = pose.world_from_camera();
+            }
+        }
+        for chunk in &self.layout.chunks {
+            for (current, &point) in chunk.current.iter().zip(&chunk.points) {
+                self.problem.points[point as usize].position = *current;
+            }
+        }
+        for (camera, &block) in self.layout.camera_block.iter().enumerate() {
+            if block != NONE {
+                self.problem.intrinsics[camera] = self.intrinsics[camera].clone();
+            }
+        }
+    }
+
+    fn evaluate(&mut self, candidate: bool) -> Option<f64> {
+        let (poses, intrinsics) = if candidate {
+            (&self.candidate_poses, &self.candidate_intrinsics)
+        } else {
+            (&self.poses, &self.intrinsics)
+        };
+        let scene = Scene {
+            poses,
+            intrinsics,
+            losses: &self.problem.losses,
+        };
+        self.layout
+            .chunks
+            .par_iter_mut()
+            .for_each(|chunk| chunk.evaluate(&scene, candidate));
+        let mut cost = self.assembly.prior_cost(&self.problem.priors, poses);
+        for chunk in &self.layout.chunks {
+            cost += chunk.cost?;
+        }
+        Some(cost)
+    }
+
+    /// The standard deviation of the whitened residual components by their median absolute value: 1
+    /// where the covariances are right. Scale the losses by it where they are not.
+    pub fn residual_scale(&mut self) -> Option<f64> {
+        self.load();
+        let scene = Scene {
+            poses: &self.poses,
+            intrinsics: &self.intrinsics,
+            losses: &self.problem.losses,
+        };
+        let mut all = Vec::new();
+        for chunk in &self.layout.chunks {
+            chunk.residuals(&scene, &mut all);
+        }
+        crate::mad_scale(&mut all)
+    }
+
+    /// The residuals of the present poses and intrinsics, with the points where they are.
+    #[cfg(test)]
+    pub(super) fn whitened(&self) -> nalgebra::DVector<f64> {
+        let scene = Scene {
+            poses: &self.poses,
+            intrinsics: &self.intrinsics,
+            losses: &self.problem.losses,
+        };
+        let mut all = Vec::new();
+        for chunk in &self.layout.chunks {
+            chunk.residuals(&scene, &mut all);
+        }
+        nalgebra::DVector::from_vec(all)
+    }
+
+    #[cfg(test)]
+    pub(super) fn accept_blocks(&mut self) {
+        std::mem::swap(&mut self.poses, &mut self.candidate_poses);
+        std::mem::swap(&mut self.intrinsics, &mut self.candidate_intrinsics);
+    }
+
+    /// Moves poses and intrinsics to the candidate; false where no camera has such intrinsics.
+    pub(super) fn move_blocks(&mut self) -> bool {
+        let pattern = &self.layout.pattern;
+        for (view, &block) in self.layout.view_block.iter().enumerate() {
+            if block != NONE {
+                let start = pattern.start(block as usize);
+                let twist = Vector6::from_column_slice(&self.assembly.step[start..start + 6]);
+                self.candidate_poses[view] = self.poses[view].moved_by(&twist);
+            }
+        }
+        for (camera, &block) in self.layout.camera_block.iter().enumerate() {
+            if block != NONE {
+                let (start, size) = (pattern.start(block as usize), pattern.size(block as usize));
+                let step = &self.assembly.step[start..start + size];
+                let next = &mut self.candidate_intrinsics[camera];
+                if self.intrinsics[camera].moved_by(step, next).is_err() {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}
+
+impl System for BundleAdjuster {
+    fn cost(&mut self) -> Option<f64> {
+        self.evaluate(false)
+    }
+
+    fn linearise(&mut self, damping: Damping, lambda: f64) -> f64 {
+        let scene = Scene {
+            poses: &self.poses,
+            intrinsics: &self.intrinsics,
+            losses: &self.problem.losses,
+        };
+        let (pattern, direct) = (&self.layout.pattern, &self.layout.direct);
+        self.layout.chunks.par_iter_mut().for_each(|chunk| {
+            chunk.linearise(&scene, (pattern, direct), (damping, lambda));
+        });
+        self.assembly
+            .gather(&self.layout, &self.problem.priors, &self.poses);
+        self.eliminated = Some((damping, lambda));
+        let points = self.layout.chunks.iter().map(|chunk| chunk.gradient_max);
+        let blocks = self.assembly.gradient.iter().map(|g| g.abs());
+        points.chain(blocks).fold(0.0, f64::max)
+    }
+
+    fn step(&mut self, damping: Damping, lambda: f64) -> Option<Step> {
+        let pattern = &self.layout.pattern;
+        if self.eliminated != Some((damping, lambda)) {
+            self.layout
+                .chunks
+                .par_iter_mut()
+                .for_each(|chunk| chunk.eliminate(pattern, damping, lambda));
+            self.eliminated = Some((damping, lambda));
+        }
+        if self.layout.chunks.iter().any(|chunk| chunk.singular) {
+            return None;
+        }
+        self.assembly.reduce(&self.layout, damping, lambda);
+        let (reduced, step) = (&self.assembly.reduced, &mut self.assembly.step);
+        let solved = pattern.blocks() == 0
+            || (self.solver.factor(pattern, reduced) && self.solver.solve(pattern, reduced, step));
+        if !solved || !self.move_blocks() {
+            return None;
+        }
+        let (pattern, step) = (&self.layout.pattern, &self.assembly.step);
+        self.layout
+            .chunks
+            .par_iter_mut()
+            .for_each(|chunk| chunk.substitute(pattern, (damping, lambda), step));
+        let (mut promised, mut squared) = self.assembly.promised(&self.layout, damping, lambda);
+        let poses = self
+            .poses
+            .iter()
+            .map(|pose| 1.0 + pose.translation.norm_squared());
+        let parameters = self.intrinsics.iter().flat_map(Intrinsics::parameters);
+        let mut state = poses.sum::<f64>() + parameters.map(|p| p * p).sum::<f64>();
+        for chunk in &self.layout.chunks {
+            promised += chunk.step.promised;
+            squared += chunk.step.squared;
+            state += chunk.step.state_squared;
+        }
+        Some(Step {
+            promised,
+            norm: squared.sqrt(),
+            state_norm: state.sqrt(),
+        })
+    }
+
+    fn candidate_cost(&mut self) -> Option<f64> {
+        self.evaluate(true)
+    }
+
+    fn accept(&mut self) {
+        std::mem::swap(&mut self.poses, &mut self.candidate_poses);
+        std::mem::swap(&mut self.intrinsics, &mut self.candidate_intrinsics);
+        for chunk in &mut self.layout.chunks {
+            std::mem::swap(&mut chunk.current, &mut chunk.candidate);
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Which poses hang together, and whether anything holds each group in place.
+
+use super::issue::Issue;
+use super::layout::Active;
+use super::measurement::Measurement;
+use super::problem::BundleProblem;
+
+/// Groups of poses joined by points and priors.
+struct Union {
+    parent: Vec<usize>,
+}
+
+impl Union {
+    fn root(&mut self, mut node: usize) -> usize {
+        while self.parent[node] != node {
+            self.parent[node] = self.parent[self.parent[node]];
+            node = self.parent[node];
+        }
+        node
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parent[a.max(b)] = a.min(b);
+    }
+}
+
+#[derive(Clone, Copy, Default)]
+struct Group {
+    seen: bool,
+    moves: bool,
+    metric: bool,
+    held_poses: usize,
+    held_points: usize,
+}
+
+/// Disconnected groups, and groups with a free gauge.
+pub(super) fn issues(problem: &BundleProblem, active: &Active, used: &[bool]) -> Vec<Issue> {
+    let views = problem.views.len();
+    let mut union = Union {
+        parent: (0..views).collect(),
+    };
+    for point in 0..problem.points.len() {
+        let mut first = None;
+        if problem.points[point].fixed {
+            continue;
+        }
+        for observation in active.of_point(problem, point) {
+            let view = observation.view as usize;
+            union.join(*first.get_or_insert(view), view);
+        }
+    }
+    for prior in &problem.priors {
+        for &view in &prior.views[1..] {
+            union.join(prior.views[0], view);
+        }
+    }
+    let groups = describe(problem, active, used, &mut union);
+    let mut issues = Vec::new();
+    let count = groups
+        .iter()
+        .filter(|group| group.seen && group.moves)
+        .count();
+    if count > 1 {
+        issues.push(Issue::Disconnected { groups: count });
+    }
+    for (pose, group) in groups.iter().enumerate() {
+        let held = group.held_poses > 0 || group.held_points >= 3;
+        let scaled = group.metric || group.held_poses > 1 || group.held_points >= 2;
+        let directions = match (held, scaled) {
+            (true, true) => continue,
+            (true, false) => 1,
+            (false, true) => 6,
+            (false, false) => 7,
+        };
+        if group.seen && group.moves {
+            issues.push(Issue::FreeGauge { pose, directions });
+        }
+    }
+    issues
+}
+
+fn describe(
+    problem: &BundleProblem,
+    active: &Active,
+    used: &[bool],
+    union: &mut Union,
+) -> Vec<Group> {
+    let views = problem.views.len();
+    let mut groups = vec![Group::default(); views];
+    for view in (0..views).filter(|&view| used[view]) {
+        let root = union.root(view);
+        let group = &mut groups[root];
+        group.seen = true;
+        group.moves |= !problem.views[view].fixed;
+        group.held_poses += usize::from(problem.views[view].fixed);
+    }
+    for prior in problem.priors.iter().filter(|prior| prior.holds_position()) {
+        // a joint prior of several poses was made from something that held them
+        groups[union.root(prior.views[0])].held_poses += prior.views.len();
+    }
+    for point in 0..problem.points.len() {
+        for observation in active.of_point(problem, point) {
+            let group = &mut groups[union.root(observation.view as usize)];
+            group.metric |= !matches!(observation.measurement, Measurement::Pixel { .. });
+            group.held_points += usize::from(problem.points[point].fixed);
+        }
+    }
+    groups
+}

@@ -1,0 +1,292 @@
+//! Intrinsics shared by views: a camera, and which of its parameters are estimated.
+
+use crate::{Error, Result};
+use nalgebra::{Vector2, Vector3};
+use sphereflow_sphere::Camera;
+
+/// More free parameters than any model has.
+pub(crate) const MAX_FREE: usize = 12;
+/// Step of the central differences by parameters without a closed form: pixels of 1e3 with 1e-13 of
+/// rounding give 1e-8 px per unit, truncation is of the order of the square of the step.
+const STEP: f64 = 1e-5;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// fx and fy together, their quotient kept.
+    Focal,
+    Fx,
+    Fy,
+    Cx,
+    Cy,
+    Skew,
+    /// OpenCV's radial coefficients: power of s, and whether in the denominator.
+    Radial {
+        power: i32,
+        below: bool,
+    },
+    P1,
+    P2,
+    /// By differences of the model.
+    Other,
+}
+
+#[derive(Clone, Debug)]
+struct Free {
+    index: usize,
+    kind: Kind,
+    /// The camera with the parameter moved up and down (kind `Other` only).
+    moved: Option<(Camera, Camera)>,
+}
+
+/// A camera, and which of its parameters are estimated.
+#[derive(Clone, Debug)]
+pub(crate) struct Intrinsics {
+    pub camera: Camera,
+    names: Vec<&'static str>,
+    values: Vec<f64>,
+    free: Vec<Free>,
+}
+
+impl Intrinsics {
+    pub fn fixed(camera: Camera) -> Self {
+        let (names, values) = camera.named_parameters().into_iter().unzip();
+        Self {
+            camera,
+            names,
+            values,
+            free: Vec::new(),
+        }
+    }
+
+    /// Estimate the parameters `names`, and no others.
+    pub fn release(&mut self, names: &[&str]) -> Result<()> {
+        let mut free: Vec<Free> = Vec::new();
+        for &name in names {
+            let column = if name == "focal" { "fx" } else { name };
+            let Some(index) = self.names.iter().position(|known| *known == column) else {
+                return Err(Error::value(
+                    "free intrinsics",
+                    format!("`focal` or one of {}", self.names.join(", ")),
+                    name,
+                ));
+            };
+            let clash = free
+                .iter()
+                .any(|other| other.index == index || (other.kind == Kind::Focal && column == "fy"))
+                || (name == "focal" && free.iter().any(|other| other.kind == Kind::Fy));
+            if clash {
+                return Err(Error::value("free intrinsics", "each parameter once", name));
+            }
+            let kind = kind(self.camera.model_name(), name);
+            free.push(Free {
+                index,
+                kind,
+                moved: None,
+            });
+        }
+        self.free = free;
+        self.move_cameras()
+    }
+
+    /// Number of parameters that are estimated.
+    #[inline(always)]
+    pub fn free(&self) -> usize {
+        self.free.len()
+    }
+
+    /// Derivative of the pixel by a free parameter, at the point `x` of the camera frame, which
+    /// projects to `pixel`.
+    pub fn derivative(
+        &self,
+        parameter: usize,
+        x: &Vector3<f64>,
+        pixel: &Vector2<f64>,
+    ) -> Vector2<f64> {
+        let free = &self.free[parameter];
+        let v = &self.values;
+        let plane = || {
+            let skew = if self.names[4..].first() == Some(&"skew") {
+                v[4]
+            } else {
+                0.0
+            };
+            let b = (pixel.y - v[3]) / v[1];
+            Vector2::new((pixel.x - v[2] - skew * b) / v[0], b)
+        };
+        let m = Vector2::new(x.x / x.z, x.y / x.z);
+        let s = m.norm_squared();
+        match free.kind {
+            Kind::Focal => plane().component_mul(&Vector2::new(1.0, v[1] / v[0])),
+            Kind::Fx => Vector2::new(plane().x, 0.0),
+            Kind::Fy => Vector2::new(0.0, plane().y),
+            Kind::Cx => Vector2::x(),
+            Kind::Cy => Vector2::y(),
+            Kind::Skew => Vector2::new(plane().y, 0.0),
+            Kind::Radial { power, below } => {
+                // names 4..12: k1 k2 p1 p2 k3 k4 k5 k6
+                let above = 1.0 + s * (v[4] + s * (v[5] + s * v[8]));
+                let under = 1.0 + s * (v[9] + s * (v[10] + s * v[11]));
+                let factor = if below {
+                    -above / (under * under)
+                } else {
+                    1.0 / under
+                };
+                self.pixels(&(m * (factor * s.powi(power))))
+            }
+            Kind::P1 => self.pixels(&(Vector2::new(0.0, s) + m * (2.0 * m.y))),
+            Kind::P2 => self.pixels(&(Vector2::new(s, 0.0) + m * (2.0 * m.x))),
+            Kind::Other => free
+                .moved
+                .as_ref()
+                .and_then(|(up, down)| Some(up.project(x)? - down.project(x)?))
+                .map_or(Vector2::zeros(), |d| d / (2.0 * STEP)),
+        }
+    }
+
+    fn pixels(&self, m: &Vector2<f64>) -> Vector2<f64> {
+        Vector2::new(self.values[0] * m.x, self.values[1] * m.y)
+    }
+
+    /// Values of the free parameters.
+    pub fn parameters(&self) -> impl Iterator<Item = f64> + '_ {
+        self.free.iter().map(|free| self.values[free.index])
+    }
+
+    /// The intrinsics `step` further, into `next`; an error where no camera has such parameters.
+    pub fn moved_by(&self, step: &[f64], next: &mut Self) -> Result<()> {
+        next.values.copy_from_slice(&self.values);
+        for (free, step) in self.free.iter().zip(step) {
+            next.values[free.index] += step;
+            if free.kind == Kind::Focal {
+                next.values[1] = self.values[1] / self.values[0] * next.values[0];
+            }
+        }
+        next.camera = next.build(&next.values)?;
+        next.move_cameras()
+    }
+
+    fn build(&self, values: &[f64]) -> Result<Camera> {
+        let named: Vec<(&str, f64)> = self
+            .names
+            .iter()
+            .copied()
+            .zip(values.iter().copied())
+            .collect();
+        let (width, height) = (self.camera.width(), self.camera.height());
+        Ok(Camera::from_named(
+            self.camera.model_name(),
+            &named,
+            width,
+            height,
+        )?)
+    }
+
+    fn move_cameras(&mut self) -> Result<()> {
+        for i in 0..self.free.len() {
+            if self.free[i].kind != Kind::Other {
+                continue;
+            }
+            let mut values = self.values.clone();
+            let index = self.free[i].index;
+            values[index] = self.values[index] + STEP;
+            let up = self.build(&values)?;
+            values[index] = self.values[index] - STEP;
+            self.free[i].moved = Some((up, self.build(&values)?));
+        }
+        Ok(())
+    }
+}
+
+fn kind(model: &str, name: &str) -> Kind {
+    let radial = |power, below| Kind::Radial { power, below };
+    match (model, name) {
+        (_, "focal") => Kind::Focal,
+        (_, "fx") => Kind::Fx,
+        (_, "fy") => Kind::Fy,
+        (_, "cx") => Kind::Cx,
+        (_, "cy") => Kind::Cy,
+        ("pinhole", "skew") => Kind::Skew,
+        ("opencv", "k1") => radial(1, false),
+        ("opencv", "k2") => radial(2, false),
+        ("opencv", "k3") => radial(3, false),
+        ("opencv", "k4") => radial(1, true),
+        ("opencv", "k5") => radial(2, true),
+        ("opencv", "k6") => radial(3, true),
+        ("opencv", "p1") => Kind::P1,
+        ("opencv", "p2") => Kind::P2,
+        _ => Kind::Other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // the differences below are good to 1e-7 px relative to the derivative
+    const RELATIVE: f64 = 1e-6;
+
+    #[test]
+    fn derivative_by_every_parameter_equals_differences() {
+        let focal = [("fx", 400.0), ("fy", 410.0), ("cx", 320.0), ("cy", 240.0)];
+        let models: [(&str, &[(&str, f64)]); 6] = [
+            ("pinhole", &[("skew", 2.0)]),
+            (
+                "opencv",
+                &[
+                    ("k1", -0.1),
+                    ("k2", 0.03),
+                    ("p1", 0.001),
+                    ("p2", -0.002),
+                    ("k3", 0.01),
+                    ("k4", 0.02),
+                    ("k5", 0.01),
+                    ("k6", 0.003),
+                ],
+            ),
+            ("fov", &[("w", 0.9)]),
+            (
+                "kannala_brandt",
+                &[("k1", 0.02), ("k2", 0.01), ("k3", 0.0), ("k4", 0.0)],
+            ),
+            ("unified", &[("alpha", 0.6)]),
+            ("double_sphere", &[("xi", 0.1), ("alpha", 0.55)]),
+        ];
+        for (model, own) in models {
+            let params: Vec<(&str, f64)> = focal.iter().chain(own).copied().collect();
+            let camera = Camera::from_named(model, &params, 640, 480).unwrap();
+            let fixed = Intrinsics::fixed(camera);
+            for name in fixed.names.clone().into_iter().chain(["focal"]) {
+                let mut here = fixed.clone();
+                here.release(&[name]).unwrap();
+                let x = Vector3::new(0.4, -0.3, 1.1);
+                let pixel = here.camera.project(&x).unwrap();
+                let analytic = here.derivative(0, &x, &pixel);
+                let (mut up, mut down) = (here.clone(), here.clone());
+                let h = 1e-4 * (1.0 + here.parameters().next().unwrap().abs() * 0.1);
+                here.moved_by(&[h], &mut up).unwrap();
+                here.moved_by(&[-h], &mut down).unwrap();
+                let numeric =
+                    (up.camera.project(&x).unwrap() - down.camera.project(&x).unwrap()) / (2.0 * h);
+                let error = (numeric - analytic).norm();
+                assert!(
+                    error < RELATIVE * (1.0 + analytic.norm()),
+                    "{model} {name} {error:e}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn parameter_that_is_unknown_or_twice_is_an_error() {
+        let camera = Camera::pinhole(500.0, 500.0, 320.0, 240.0, 640, 480).unwrap();
+        let mut intrinsics = Intrinsics::fixed(camera);
+        for names in [
+            &["k1"][..],
+            &["fx", "fx"],
+            &["focal", "fy"],
+            &["fy", "focal"],
+        ] {
+            assert!(intrinsics.release(names).is_err(), "{names:?}");
+        }
+    }
+}

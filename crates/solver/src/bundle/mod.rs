@@ -1,0 +1,25 @@
+//! Bundle adjustment: poses, points and intrinsics from pixels and depths. Thesis: section 8.4.2.
+
+mod adjuster;
+mod assembly;
+mod chunk;
+mod components;
+mod covariance;
+mod intrinsics;
+mod issue;
+mod kernel;
+mod layout;
+mod marginal;
+mod measurement;
+mod prior;
+mod problem;
+mod state;
+
+#[cfg(test)]
+mod tests;
+
+pub(crate) use prior::root_information;
+
+pub use adjuster::{BundleAdjuster, BundleSummary, adjust};
+pub use issue::Issue;
+pub use problem::{BundleProblem, Losses};

@@ -1,0 +1,6 @@
+//! Bundle adjustment of generated scenes.
+
+mod bad_input;
+mod derivatives;
+mod problems;
+mod uncertainty;

@@ -1,0 +1,15 @@
+//! Pose graphs on rigid motions and on similarities.
+
+mod group;
+mod problem;
+mod robust;
+mod similarity;
+mod solve;
+#[cfg(test)]
+mod tests;
+
+pub use group::Group;
+pub use problem::{EdgeKind, GraphIssue, PoseGraph};
+pub use robust::{LoopSwitch, RobustSummary};
+pub use similarity::Similarity;
+pub use solve::GraphSummary;

@@ -1,0 +1,168 @@
+//! Loop edges that may be wrong as a whole: switched off during the minimisation.
+
+use super::group::Group;
+use super::problem::EdgeKind;
+use super::solve::GraphSystem;
+use crate::minimise::minimise;
+use crate::options::Options;
+use crate::summary::{StopReason, Summary};
+use crate::{Error, Result};
+
+/// How wrong loop edges are told from right ones. Thresholds are of the squared whitened residual:
+/// 16.8 is the 99 % quantile of 6 degrees of freedom.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum LoopSwitch {
+    /// All edges are believed.
+    #[default]
+    Off,
+    /// Dynamic covariance scaling (Agarwal et al., 2013): from `phi` on the cost of an edge grows
+    /// ever more slowly.
+    Scaled {
+        /// Squared residual from which an edge is doubted.
+        phi: f64,
+    },
+    /// Graduated non-convexity (Yang et al., 2020) of the truncated square: edges end as right or wrong,
+    /// whatever the start.
+    Graduated {
+        /// Squared residual from which an edge is wrong.
+        threshold: f64,
+    },
+}
+
+/// What the robust switch did.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct RobustSummary {
+    /// Edges that count less than half, ascending.
+    pub rejected: Vec<usize>,
+    /// Passes of the graduation; 1 without one.
+    pub passes: usize,
+}
+
+/// The non-convexity grows by this from pass to pass.
+const GROWTH: f64 = 1.4;
+/// Growth by 1.4 to this power is 1e14: far beyond the largest residual over the threshold.
+const MAX_PASSES: usize = 100;
+/// Steps of a pass: the next one continues where this one ends.
+const STEPS: usize = 4;
+
+impl LoopSwitch {
+    /// # Errors
+    /// Where the threshold is not a positive number.
+    pub fn check(&self) -> Result<()> {
+        match *self {
+            Self::Scaled { phi: k } | Self::Graduated { threshold: k } => {
+                if k.is_finite() && k > 0.0 {
+                    return Ok(());
+                }
+                Err(Error::value("loop switch", "a positive threshold", k))
+            }
+            Self::Off => Ok(()),
+        }
+    }
+
+    /// Loss and weight of a squared residual; the graduation has weights of its own.
+    #[inline]
+    pub(super) fn evaluate(&self, kind: EdgeKind, s: f64) -> (f64, f64) {
+        match *self {
+            Self::Scaled { phi } if kind == EdgeKind::Loop && s > phi => (
+                phi * (3.0 * s - phi) / (s + phi),
+                4.0 * phi * phi / ((s + phi) * (s + phi)),
+            ),
+            _ => (s, 1.0),
+        }
+    }
+}
+
+/// The weight of a squared residual `s` at the non-convexity `mu`: between 1 and 0.
+fn weight(s: f64, threshold: f64, mu: f64) -> f64 {
+    if s <= mu / (mu + 1.0) * threshold {
+        1.0
+    } else if s >= (mu + 1.0) / mu * threshold {
+        0.0
+    } else {
+        (threshold / s * mu * (mu + 1.0)).sqrt() - mu
+    }
+}
+
+impl<G: Group<D>, const D: usize> GraphSystem<'_, G, D> {
+    /// The edges that count less than half at the present state.
+    pub(super) fn judge(&mut self) -> RobustSummary {
+        self.squares(false);
+        let squares = self.squares(false).to_vec();
+        let rejected = (0..squares.len())
+            .filter(|&k| {
+                let by_loss = self.switch.evaluate(self.graph.edges[k].kind, squares[k]).1;
+                self.weights[k] * by_loss < 0.5
+            })
+            .collect();
+        RobustSummary {
+            rejected,
+            passes: 1,
+        }
+    }
+
+    /// Weights of the loop edges at `mu`; true where all are 0 or 1.
+    fn reweight(&mut self, threshold: f64, mu: f64) -> bool {
+        self.squares(false);
+        let squares = self.squares(false).to_vec();
+        let mut decided = true;
+        for (k, edge) in self.graph.edges.iter().enumerate() {
+            if edge.kind == EdgeKind::Loop {
+                self.weights[k] = weight(squares[k], threshold, mu);
+                decided &= self.weights[k] == 0.0 || self.weights[k] == 1.0;
+            }
+        }
+        decided
+    }
+
+    fn worst_loop(&mut self) -> f64 {
+        let squares = self.squares(false).to_vec();
+        let loops = self.graph.edges.iter().zip(squares);
+        loops
+            .filter(|(edge, _)| edge.kind == EdgeKind::Loop)
+            .fold(0.0, |worst, (_, square)| worst.max(square))
+    }
+}
+
+/// Minimise with all edges, then again and again with the doubted ones counting less, until every loop
+/// edge is right or wrong; the last pass is a full minimisation. The time budget is of all of them.
+pub(super) fn graduate<G: Group<D>, const D: usize>(
+    system: &mut GraphSystem<'_, G, D>,
+    threshold: f64,
+    options: &Options,
+) -> Result<(Summary, RobustSummary)> {
+    let short = Options {
+        max_iterations: STEPS.min(options.max_iterations),
+        function_tolerance: options.function_tolerance.max(1e-4),
+        ..options.clone()
+    };
+    let begin = std::time::Instant::now();
+    let left = |options: &Options| Options {
+        time_budget: options
+            .time_budget
+            .map(|b| b.saturating_sub(begin.elapsed())),
+        ..options.clone()
+    };
+    let first = minimise(system, &left(&short))?;
+    let worst = system.worst_loop();
+    let mut mu = threshold / (2.0 * worst - threshold).max(f64::MIN_POSITIVE);
+    let mut passes = 1;
+    let ended = |stop: StopReason| matches!(stop, StopReason::Interrupted | StopReason::TimeBudget);
+    let mut stop = first.stop;
+    while worst > threshold && passes < MAX_PASSES && !ended(stop) {
+        let decided = system.reweight(threshold, mu);
+        if decided && passes > 1 {
+            break;
+        }
+        stop = minimise(system, &left(&short))?.stop;
+        mu *= GROWTH;
+        passes += 1;
+    }
+    let mut summary = minimise(system, &left(options))?;
+    summary.elapsed = begin.elapsed();
+    let robust = RobustSummary {
+        passes: passes + 1,
+        ..system.judge()
+    };
+    Ok((summary, robust))
+}

@@ -1,0 +1,9 @@
+//! Inertial terms: pre-integrated IMU samples between poses, and a window of states tied by them.
+
+mod preintegration;
+#[cfg(test)]
+mod tests;
+mod window;
+
+pub use preintegration::{ImuBias, ImuSigmas, Preintegration};
+pub use window::{InertialState, InertialWindow};

@@ -1,0 +1,5 @@
+"""Bundle adjustment and pose graphs: the best poses and points for all measurements together."""
+
+from sphereflow._native import BundleProblem, PoseGraph, SolverResult
+
+__all__ = ["BundleProblem", "PoseGraph", "SolverResult"]

@@ -1,0 +1,114 @@
+"""The Python face of the bias estimators, the navigation filter and the calibrations."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sphereflow as sf
+from sphereflow.cli.app import app
+from sphereflow.navigation import NavigationFilter
+from sphereflow.observers import (
+    ImuBiasEstimator,
+    VelocityBiasEstimator,
+    calibrate_camera_imu,
+    calibrate_mag_ellipsoid,
+)
+from typer.testing import CliRunner
+
+
+def test_velocity_bias_of_a_simulated_room_is_found_without_linear_velocity() -> None:
+    # A room without furniture: edges of depth pull the estimate by 4e-3 rad/s in a furnished one.
+    room = sf.sim.Simulator(
+        scene="thesis_room",
+        motion="sinusoids_411",
+        duration_s=1.0,
+        depth_noise="none",
+        image_sigma_grey=0.0,
+    )
+    truth, bias = room.truth, np.array([0.02, -0.01, 0.03])
+    estimator = VelocityBiasEstimator(room.camera)
+    for i, frame in enumerate(room.frames(0, 20)):
+        rate = np.zeros(3)
+        if i > 0:
+            rate = body_rate(truth.quat_xyzw[i - 1], truth.quat_xyzw[i]) * 30
+        grey = np.asarray(frame.colour, np.float32).mean(axis=2)
+        state = estimator.step(grey, frame.depth_m, rate + bias, dt_s=1 / 30)
+    assert np.linalg.norm(state.angular_rad_s - bias) < 2e-3
+    assert state.linear_m_s is None
+    with pytest.raises(sf.ShapeError, match="grey"):
+        estimator.step(grey[1:], frame.depth_m, bias, dt_s=1 / 30)
+
+
+def body_rate(before: np.ndarray, now: np.ndarray) -> np.ndarray:
+    """Rotation vector of the turn between two attitudes, body frame."""
+    x, y, z, w = before
+    left = np.array([[w, z, -y, -x], [-z, w, x, -y], [y, -x, w, -z], [x, y, z, w]])
+    turn = left @ now
+    return 2 * turn[:3] * np.sign(turn[3])
+
+
+def test_imu_bias_estimator_at_rest_knows_the_gyro_and_names_what_it_cannot_know() -> None:
+    estimator = ImuBiasEstimator()
+    for i in range(2000):
+        velocity = [0, 0, 0] if i % 7 == 0 else None
+        state = estimator.step(
+            [0.01, 0, 0], [0, -9.81, 0], velocity, velocity, velocity_sigma=0.01, dt_s=0.005
+        )
+    assert abs(state.gyro_bias[0] - 0.01) < 1e-3
+    assert state.status == "weak"
+    assert "not observable" in state.reason
+    assert estimator.blind_directions.shape == (3, 3)
+
+
+def test_navigation_filter_answers_without_vision_with_growing_covariance() -> None:
+    navigation = NavigationFilter()
+    assert navigation.state(0) is None
+    for i in range(400):
+        navigation.push_imu(i * 5_000_000, [0, 0, 0], [0, -9.81, 0])
+        if i == 10:
+            status, reason = navigation.push_pose(i * 5_000_000, np.eye(4), (0.01, 0.01))
+            assert (status, reason) == ("starting", "nothing was measured yet")
+    state = navigation.state(399 * 5_000_000)
+    assert state.status == "weak"
+    assert "integrating" in state.reason
+    assert np.trace(state.covariance[6:9, 6:9]) > 1e-3
+    assert abs(np.linalg.norm(state.quat_xyzw) - 1) < 1e-12
+    late = navigation.push_velocity(0, [0, 0, 0], 0.01)
+    assert late[0] == "skipped"
+    assert "late" in late[1]
+
+
+def test_calibrations_say_what_they_found_and_whether_it_was_shown() -> None:
+    rng = np.random.default_rng(0)
+    field = rng.normal(size=(500, 3))
+    field *= 48 / np.linalg.norm(field, axis=1, keepdims=True)
+    found = calibrate_mag_ellipsoid(field + np.array([5, -3, 8]))
+    np.testing.assert_allclose(found["hard_iron_ut"], [5, -3, 8], atol=1e-6)
+    assert found["status"] == "ok"
+    t = np.arange(0, 10, 0.005)
+    gyro = np.stack([np.sin(2 * t), np.cos(3 * t), 0.5 * np.sin(t + 1)], 1)
+    stamps = np.round(t * 1e9).astype(np.int64)
+    found = calibrate_camera_imu(gyro[20:-20:6], stamps[20:-20:6] + 12_000_000, gyro, stamps)
+    assert abs(found["time_offset_s"] + 0.012) < 1e-4
+    assert found["status"] == "ok"
+
+
+def test_cli_calibrations_of_a_simulated_recording(tmp_path: Path) -> None:
+    runner = CliRunner()
+    still = sf.sim.Simulator(motion="still", duration_s=12.0, rate_hz=1.0)
+    still.write(tmp_path / "still")
+    result = runner.invoke(app, ["calib", "imu-still", str(tmp_path / "still"), "--json"])
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert found["status"] == "ok"
+    assert len(found["gyro_bias_rad_s"]) == 3
+    result = runner.invoke(app, ["calib", "mag-ellipsoid", str(tmp_path / "still")])
+    assert result.exit_code != 0
+    assert "magnetometer" in result.output
+    moving = sf.sim.Simulator(motion="hand_held", duration_s=2.0, depth_noise="none")
+    moving.write(tmp_path / "moving")
+    result = runner.invoke(app, ["calib", "camera-imu", str(tmp_path / "moving"), "--json"])
+    found = json.loads(result.stdout)
+    assert abs(found["quat_xyzw"][3]) > 0.999
+    assert abs(found["time_offset_s"]) < 0.005
