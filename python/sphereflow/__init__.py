@@ -20,8 +20,10 @@ from typing import TYPE_CHECKING, Any
 
 from sphereflow import (
     attitude,
+    depth,
     errors,
     eval,
+    flow,
     io,
     navigation,
     observers,
@@ -63,8 +65,10 @@ __all__ = [
     "__version__",
     "associate",
     "attitude",
+    "depth",
     "errors",
     "eval",
+    "flow",
     "io",
     "navigation",
     "observers",

@@ -15,7 +15,11 @@ __all__ = [
     "AttitudeState",
     "BundleProblem",
     "Camera",
+    "DepthFilter",
+    "DepthObserver",
     "DepthOdometry",
+    "DepthResult",
+    "FlowObserver",
     "Frame",
     "FrameIterator",
     "ImuBiasEstimator",
@@ -37,6 +41,7 @@ __all__ = [
     "SolverResult",
     "SphereGrid",
     "Trajectory",
+    "VariationalDepth",
     "VelocityBiasEstimator",
     "VelocityBiasState",
     "VelocityEstimate",
@@ -48,8 +53,13 @@ __all__ = [
     "calibrate_imu_still",
     "calibrate_mag_ellipsoid",
     "estimate_velocity",
+    "horn_schunck",
     "information",
     "open_recording",
+    "rof_denoise",
+    "sobolev_depth",
+    "tv_l1",
+    "tv_l1_depth",
 ]
 
 _Floats = NDArray[np.float64]
@@ -58,6 +68,7 @@ _Along = Literal["axis", "ray"]
 _Method = Literal["pyramid", "single"]
 _Loss = Literal["quadratic", "huber", "cauchy", "tukey"]
 _Path = str | PathLike[str]
+_DepthStatus = Literal["started", "updated", "unobservable", "unusable", "skipped"]
 _TrajectoryFormat = Literal["tum", "kitti", "euroc"]
 
 _ObserverStatus = Literal["starting", "ok", "weak", "skipped"]
@@ -793,6 +804,130 @@ class VoxelCloud:
     def points(self) -> tuple[NDArray[np.float32], NDArray[np.uint8]]: ...
     def write_ply(self, path: _Path) -> None: ...
     def __len__(self) -> int: ...
+
+@final
+class DepthFilter:
+    def __new__(
+        cls,
+        camera: Camera,
+        *,
+        binning: int = 2,
+        lags: Sequence[int] = ...,
+        sigma_grey: float | None = None,
+        initial_range_m: float = 1.0,
+        roughness_per_m_rad: float = 0.034,
+        brightness: Literal["measured", "constant"] = "measured",
+        occlusion: bool = True,
+    ) -> DepthFilter: ...
+    @property
+    def camera(self) -> Camera: ...
+    @property
+    def world_from_camera(self) -> _Floats: ...
+    def step(
+        self,
+        image: ArrayLike,
+        *,
+        world_from_camera: ArrayLike | None = None,
+        stamp_ns: int | None = None,
+        v_m_s: ArrayLike | None = None,
+        omega_rad_s: ArrayLike | None = None,
+        dt_s: float | None = None,
+        v_sigma_m_s: float = 0.0,
+        omega_sigma_rad_s: float = 0.0,
+    ) -> DepthResult: ...
+
+@final
+class DepthResult:
+    @property
+    def range_m(self) -> NDArray[np.float32]: ...
+    @property
+    def std_m(self) -> NDArray[np.float32] | None: ...
+    @property
+    def status(self) -> _DepthStatus: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def sigma_grey(self) -> float: ...
+    @property
+    def fitting_share(self) -> float: ...
+
+@final
+class FlowObserver:
+    def __new__(
+        cls, camera: Camera, *, gain: float = 500.0, initial_range_m: float = 1.0
+    ) -> FlowObserver: ...
+    def step(
+        self, flow: ArrayLike, *, v_m_s: ArrayLike, omega_rad_s: ArrayLike, dt_s: float
+    ) -> DepthResult: ...
+
+@final
+class DepthObserver:
+    def __new__(
+        cls, camera: Camera, *, gain: float = 30.0, initial_range_m: float = 1.0
+    ) -> DepthObserver: ...
+    def step(
+        self, inv_range: ArrayLike, *, v_m_s: ArrayLike, omega_rad_s: ArrayLike, dt_s: float
+    ) -> DepthResult: ...
+
+@final
+class VariationalDepth:
+    @property
+    def inv_range(self) -> NDArray[np.float32]: ...
+    @property
+    def energy(self) -> float: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def iterations(self) -> int: ...
+
+def horn_schunck(
+    image0: ArrayLike,
+    image1: ArrayLike,
+    *,
+    alpha: float = 10.0,
+    solver: Literal["jacobi", "sor"] = "jacobi",
+    sweeps: int = 50,
+    aspect: float = 1.0,
+    start: ArrayLike | None = None,
+) -> NDArray[np.float32]: ...
+def tv_l1(
+    image0: ArrayLike,
+    image1: ArrayLike,
+    *,
+    weight: float = 0.1,
+    warps: int = 5,
+    iterations: int = 30,
+    levels: int = 5,
+    start: ArrayLike | None = None,
+) -> NDArray[np.float32]: ...
+def rof_denoise(
+    image: ArrayLike, *, weight: float = 0.05, iterations: int = 100
+) -> NDArray[np.float32]: ...
+def sobolev_depth(
+    camera: Camera,
+    image0: ArrayLike,
+    image1: ArrayLike,
+    *,
+    v_m_s: ArrayLike,
+    omega_rad_s: ArrayLike,
+    dt_s: float,
+    alpha_m_s: float = 300.0,
+    iterations: int = 60,
+    start: ArrayLike | None = None,
+) -> VariationalDepth: ...
+def tv_l1_depth(
+    camera: Camera,
+    image0: ArrayLike,
+    image1: ArrayLike,
+    *,
+    v_m_s: ArrayLike,
+    omega_rad_s: ArrayLike,
+    dt_s: float,
+    weight: float = 0.5,
+    iterations: int = 400,
+    gap: float = 1e-3,
+    start: ArrayLike | None = None,
+) -> VariationalDepth: ...
 
 @final
 class VelocityBiasState:

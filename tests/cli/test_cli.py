@@ -11,7 +11,7 @@ import sphereflow
 from sphereflow.cli import app
 from typer.testing import CliRunner
 
-VERBS = ("run", "demo", "sim", "info", "ape", "rpe", "traj", "view")
+VERBS = ("run", "depth", "demo", "sim", "info", "ape", "rpe", "traj", "view")
 runner = CliRunner()
 
 

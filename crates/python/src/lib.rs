@@ -4,7 +4,10 @@ mod arrays;
 mod attitude;
 mod calibration;
 mod camera;
+mod depth;
+mod depth_thesis;
 mod errors;
+mod flow;
 mod frame;
 mod grid;
 mod information;
@@ -35,6 +38,14 @@ mod _native {
     use crate::calibration::{calibrate_camera_imu, calibrate_imu_still, calibrate_mag_ellipsoid};
     #[pymodule_export]
     use crate::camera::PyCamera;
+    #[pymodule_export]
+    use crate::depth::{PyDepthFilter, PyDepthResult};
+    #[pymodule_export]
+    use crate::depth_thesis::{
+        PyDepthObserver, PyFlowObserver, PyVariationalDepth, py_sobolev_depth, py_tv_l1_depth,
+    };
+    #[pymodule_export]
+    use crate::flow::{py_horn_schunck, py_rof_denoise, py_tv_l1};
     #[pymodule_export]
     use crate::frame::{PyFrame, PyFrameIterator};
     #[pymodule_export]

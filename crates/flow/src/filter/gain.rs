@@ -1,0 +1,131 @@
+//! How much brighter the new image is than a past one, measured between warped images.
+
+use super::lattice::{LensCall, mix};
+use super::lens::Lens;
+use super::state::Node;
+use super::update::Pair;
+use rayon::prelude::*;
+
+/// Measures the gain of each row of the new image.
+pub(super) struct MeasureGain<'a, 'b> {
+    pub pair: &'a Pair<'b>,
+    pub nodes: &'a [Node],
+}
+
+/// Sums over the pixels of a row that both images see.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    new: f64,
+    past: f64,
+    count: f64,
+}
+
+/// Every so many pixels of a row are enough.
+const STEP: usize = 3;
+
+/// Darker pixels have no ratio worth the name, grey levels.
+const DARK: f32 = 4.0;
+
+impl LensCall<Vec<f32>> for MeasureGain<'_, '_> {
+    fn call<L: Lens>(self, lens: &L) -> Vec<f32> {
+        let (lattice, pair) = (self.pair.lattice, self.pair);
+        let samples: Vec<Vec<[f32; 2]>> = (0..lattice.height)
+            .into_par_iter()
+            .map(|y| row_samples(lens, pair, self.nodes, y))
+            .collect();
+        // The median does not mind the pixels that were hidden in the past.
+        let mut ratios: Vec<f32> = samples
+            .iter()
+            .step_by(3)
+            .flatten()
+            .map(|[new, past]| new / past)
+            .collect();
+        if ratios.len() < 50 {
+            return vec![1.0; lattice.height];
+        }
+        let middle = ratios.len() / 2;
+        let (_, median, _) = ratios.select_nth_unstable_by(middle, f32::total_cmp);
+        let median = *median;
+        let allowed = 4.0 * pair.new.sigma.hypot(median * pair.past.sigma);
+        let sum = |row: &Vec<[f32; 2]>| {
+            let mut sums = Sums::default();
+            for [new, past] in row {
+                if (new - median * past).abs() < allowed + ROW_CHANGE * new {
+                    sums.new += f64::from(*new);
+                    sums.past += f64::from(*past);
+                    sums.count += 1.0;
+                }
+            }
+            sums
+        };
+        let sums: Vec<Sums> = samples.iter().map(sum).collect();
+        gains(&sums, f64::from(pair.new.sigma), f64::from(median))
+    }
+}
+
+/// A row may be brighter or darker than the image by this share; what differs more was hidden.
+const ROW_CHANGE: f32 = 0.15;
+
+/// Brightness in both images of some pixels of a row.
+fn row_samples<L: Lens>(lens: &L, pair: &Pair<'_>, nodes: &[Node], y: usize) -> Vec<[f32; 2]> {
+    let lattice = pair.lattice;
+    let mut samples = Vec::with_capacity(lattice.width / STEP + 1);
+    for x in (y % STEP..lattice.width).step_by(STEP) {
+        let here = y * lattice.width + x;
+        let there = pair.step.rotation * lattice.ray[here] + pair.step.translation * nodes[here][0];
+        let Some((four, s, t)) = lattice.around(lens.project(&there)) else {
+            continue;
+        };
+        let (past, new) = (
+            mix(&pair.past.pixel, four, s, t)[0],
+            pair.new.pixel[here][0],
+        );
+        if past > DARK && new > DARK {
+            samples.push([new, past]);
+        }
+    }
+    samples
+}
+
+/// One gain for all rows, and the smoothed deviations of the rows where they are more than noise.
+fn gains(sums: &[Sums], sigma: f64, overall: f64) -> Vec<f32> {
+    let total = sums.iter().fold(Sums::default(), |a, b| Sums {
+        new: a.new + b.new,
+        past: a.past + b.past,
+        count: a.count + b.count,
+    });
+    let height = sums.len();
+    if total.count == 0.0 {
+        return vec![overall as f32; height];
+    }
+    let reach = (height / 40).max(1);
+    let smooth: Vec<f64> = (0..height)
+        .map(|y| {
+            let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
+            let (mut new, mut past) = (0.0, 0.0);
+            for row in &sums[rows] {
+                new += row.new;
+                past += row.past;
+            }
+            if past > 0.0 {
+                new / past / overall - 1.0
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    let variance = smooth.iter().map(|d| d * d).sum::<f64>() / height as f64;
+    // Of a mean over a band of rows: noise of both images, and texture that the state misplaces.
+    let band = total.count / height as f64 * (2 * reach + 1) as f64;
+    let level = total.past / total.count;
+    let noise = 2.0 * sigma * sigma / (band * level * level);
+    let clear = variance > 25.0 * noise + LEAST_DEVIATION * LEAST_DEVIATION;
+    let keep = if clear { 1.0 } else { 0.0 };
+    smooth
+        .iter()
+        .map(|d| (overall * (1.0 + keep * d)) as f32)
+        .collect()
+}
+
+/// Deviations of rows below this are left to the texture that the state misplaces.
+const LEAST_DEVIATION: f64 = 0.01;

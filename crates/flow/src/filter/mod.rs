@@ -1,0 +1,259 @@
+//! The depth filter: inverse depth with its information, from a moving camera's images.
+//!
+//! Per pixel a mean and an information of zeta = 1/Z (1/D for cameras that are not a pinhole), carried
+//! along by the exact finite motion, corrected by comparing each image with several of the past, and
+//! regularised by planes. In the spirit of the observers of Chapter 3, with the gain that the
+//! information asks for.
+
+mod config;
+mod contest;
+mod gain;
+mod lattice;
+mod lens;
+mod motion;
+mod output;
+mod planes;
+mod predict;
+mod prepare;
+mod state;
+mod steps;
+mod update;
+
+pub use config::{Brightness, DepthFilterConfig};
+pub use motion::VelocityNoise;
+
+use crate::error::{Error, same_size};
+use crate::{DepthReason, DepthStatus, Result};
+use lattice::Lattice;
+use motion::Motion;
+use output::{Output, StdScale};
+use planes::Planes;
+use prepare::{Preparation, Prepared};
+use sphereflow_core::{Plane, Pose, Stamp, Twist};
+use sphereflow_sphere::Camera;
+use state::{Node, Past};
+use std::collections::VecDeque;
+
+/// Dense range from the images of a camera whose motion is known.
+#[derive(Clone, Debug)]
+pub struct DepthFilter {
+    camera: Camera,
+    config: DepthFilterConfig,
+    lattice: Lattice,
+    preparation: Preparation,
+    planes: Planes,
+    output: Output,
+    motion: Motion,
+    nodes: Vec<Node>,
+    spare: Vec<Node>,
+    nearest: Vec<f32>,
+    trust: Vec<f32>,
+    /// The past, newest first.
+    past: VecDeque<Past>,
+    updates: usize,
+}
+
+/// What a step has brought. The images are those of [`DepthFilter::range`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthStep {
+    /// What became of the image.
+    pub status: DepthStatus,
+    /// Standard deviation of the image noise that the step used, grey levels of the binned image.
+    pub sigma_grey: f32,
+    /// Share of the compared pixels whose residual fits, 0 to 1; NaN where none was compared.
+    pub fitting_share: f32,
+}
+
+/// Pixels' misfit that says nothing of curvature where impulses are left in the images, likewise.
+const WITH_IMPULSES: f64 = 0.5;
+
+/// How often the same noise comes into the state.
+const NOISE_REPEATS: f32 = 2.0;
+
+/// Information of a pixel before anything is measured, as a share of 1/x^2.
+const INITIAL_SHARE: f32 = 0.5;
+
+/// From the state's variance to the errors seen on simulated rooms (`benches/experiments`); the floor is that
+/// of slopes by differences and of images read between pixels.
+const STD: StdScale = StdScale {
+    factor: 2.0,
+    floor: 1e-3,
+};
+
+impl DepthFilter {
+    /// For a camera.
+    ///
+    /// # Errors
+    /// Value errors for settings out of their domain, or a camera too small for them.
+    pub fn new(camera: &Camera, config: DepthFilterConfig) -> Result<Self> {
+        config.check()?;
+        let binned = camera.binned(config.binning)?;
+        let lattice = Lattice::new(&binned)?;
+        let pixels = lattice.width * lattice.height;
+        let zeta = (1.0 / config.initial_range_m) as f32;
+        let initial = [zeta, 0.0, INITIAL_SHARE / (zeta * zeta), zeta * zeta];
+        let nodes: Vec<Node> = lattice
+            .ray
+            .iter()
+            .map(|ray| {
+                if ray.x.is_nan() {
+                    [f32::NAN, 0.0, 0.0, f32::NAN]
+                } else {
+                    initial
+                }
+            })
+            .collect();
+        Ok(Self {
+            preparation: Preparation::new(lattice.width, lattice.height, config.binning),
+            planes: Planes::new(
+                &lattice,
+                config.roughness_per_m_rad / f64::from(lattice.focal_px),
+                config.farthest_m,
+            ),
+            output: Output::new(camera, config.binning),
+            motion: Motion::default(),
+            spare: nodes.clone(),
+            nodes,
+            nearest: vec![0.0; pixels],
+            trust: vec![1.0; pixels],
+            past: VecDeque::new(),
+            updates: 0,
+            camera: camera.clone(),
+            lattice,
+            config,
+        })
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The next image, from a pose that is known exactly.
+    ///
+    /// A stamp that does not increase is skipped, with a reason.
+    ///
+    /// # Errors
+    /// A shape error naming `image`; a value error for a pose that is not finite. The filter is as
+    /// before.
+    pub fn step(
+        &mut self,
+        image: &Plane<f32>,
+        world_from_camera: &Pose,
+        stamp: Stamp,
+    ) -> Result<DepthStep> {
+        same_size("image", self.output.size(), image.size())?;
+        motion::finite_pose(world_from_camera)?;
+        if !self.motion.follows(stamp) {
+            return Ok(self.skipped());
+        }
+        self.motion.set(*world_from_camera, Some(stamp));
+        Ok(self.advance(image))
+    }
+
+    /// The next image, `dt_s` after the one before, with the velocities between both and what is
+    /// known of their errors. The motion is integrated exactly for velocities that are constant.
+    ///
+    /// # Errors
+    /// A shape error naming `image`; value errors for velocities or a time that are not finite or not
+    /// positive. The filter is as before.
+    pub fn step_with_velocity(
+        &mut self,
+        image: &Plane<f32>,
+        twist: &Twist,
+        dt_s: f64,
+        noise: VelocityNoise,
+    ) -> Result<DepthStep> {
+        same_size("image", self.output.size(), image.size())?;
+        self.motion.integrate(twist, dt_s, noise)?;
+        Ok(self.advance(image))
+    }
+
+    /// Range along the ray and its standard deviation, metres, (width, height) of the camera; NaN where
+    /// the camera has no ray. Before anything is measured the deviation is as large as the range.
+    pub fn range(&self) -> (Plane<f32>, Plane<f32>) {
+        let (width, height) = self.output.size();
+        let mut range = Plane::filled(width, height, f32::NAN);
+        let mut std = range.clone();
+        self.output
+            .fill(&self.lattice, &self.nodes, STD, &mut range, &mut std);
+        (range, std)
+    }
+
+    /// [`DepthFilter::range`] into the caller's planes.
+    ///
+    /// # Errors
+    /// Shape errors naming the plane.
+    pub fn range_into(&self, range: &mut Plane<f32>, std: &mut Plane<f32>) -> Result<()> {
+        same_size("range", self.output.size(), range.size())?;
+        same_size("std", self.output.size(), std.size())?;
+        self.output
+            .fill(&self.lattice, &self.nodes, STD, range, std);
+        Ok(())
+    }
+
+    /// The pose of the last image, as given or integrated.
+    pub fn world_from_camera(&self) -> Pose {
+        self.motion.pose
+    }
+
+    fn skipped(&self) -> DepthStep {
+        DepthStep {
+            status: DepthStatus::Skipped(DepthReason::StampNotIncreasing),
+            sigma_grey: f32::NAN,
+            fitting_share: f32::NAN,
+        }
+    }
+
+    /// Predict, compare, smooth, remember.
+    fn advance(&mut self, image: &Plane<f32>) -> DepthStep {
+        let longest = self.config.lags[self.config.lags.len() - 1];
+        let mut spent = None;
+        if self.past.len() > longest {
+            spent = self.past.pop_back();
+        }
+        let (buffer, surface) = match spent {
+            Some(past) => (past.image, past.surface),
+            None => (Prepared::empty(), Vec::new()),
+        };
+        let sigma = self.config.sigma_grey;
+        let prepared = self
+            .preparation
+            .prepare(image, &self.lattice, sigma, buffer);
+        self.predict();
+        let mut step = DepthStep {
+            status: self.verdict(&prepared),
+            sigma_grey: prepared.sigma_raw,
+            fitting_share: f32::NAN,
+        };
+        if step.status == DepthStatus::Updated {
+            self.update(&prepared, &mut step);
+            // Images are compared several times over: noise counts a few times what smoothing leaves.
+            let left = (prepared.sigma / prepared.sigma_raw).powi(2);
+            let normal = f64::from(NOISE_REPEATS * left).clamp(0.05, 0.5);
+            let pixel_noise = if prepared.impulses {
+                WITH_IMPULSES
+            } else {
+                normal
+            };
+            self.planes
+                .smooth(&self.lattice, &mut self.nodes, pixel_noise);
+            self.updates += 1;
+        } else {
+            // What is not measured is less and less certain, as its information fades.
+            let growth = (1.0 / self.config.memory) as f32;
+            self.nodes.iter_mut().for_each(|node| node[3] *= growth);
+        }
+        let usable = !matches!(step.status, DepthStatus::Unusable(_));
+        self.remember(prepared, surface, usable);
+        step
+    }
+}
+
+/// Refuses velocities' noise that is not a standard deviation.
+pub(crate) fn deviation(argument: &str, value: f64) -> Result<()> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(Error::value(argument, "zero or more, finite", value))
+}

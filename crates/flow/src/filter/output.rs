@@ -1,0 +1,111 @@
+//! The filter's state as ranges of the full image.
+
+use super::lattice::Lattice;
+use super::state::Node;
+use rayon::prelude::*;
+use sphereflow_core::Plane;
+use sphereflow_sphere::Camera;
+
+/// Rays of the full image, and where its pixels lie on the lattice.
+#[derive(Clone, Debug)]
+pub(super) struct Output {
+    /// Length of the ray of gauge 1; NaN where there is none.
+    length: Vec<f32>,
+    width: usize,
+    height: usize,
+    binning: usize,
+}
+
+impl Output {
+    pub fn new(camera: &Camera, binning: usize) -> Self {
+        let (width, height) = (camera.width(), camera.height());
+        let length = (0..width * height)
+            .map(|i| Lattice::gauge_ray(camera, (i % width) as f64, (i / width) as f64).norm())
+            .collect();
+        Self {
+            length,
+            width,
+            height,
+            binning,
+        }
+    }
+
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Range and its standard deviation, metres. zeta is read bilinearly, which is exact on planes of a
+    /// pinhole; pixels outside the lattice's outermost centres extrapolate.
+    pub fn fill(
+        &self,
+        lattice: &Lattice,
+        nodes: &[Node],
+        scale: StdScale,
+        range: &mut Plane<f32>,
+        std: &mut Plane<f32>,
+    ) {
+        let width = self.width;
+        let columns: Vec<(usize, usize, f32)> = (0..width)
+            .map(|x| place(x, self.binning, lattice.width, lattice.wraps))
+            .collect();
+        let rows = range.data_mut().par_chunks_mut(width);
+        rows.zip(std.data_mut().par_chunks_mut(width))
+            .enumerate()
+            .for_each(|(y, (range, std))| {
+                let (top, bottom, t) = place(y, self.binning, lattice.height, false);
+                let (top, bottom) = (top * lattice.width, bottom * lattice.width);
+                let length = &self.length[y * width..(y + 1) * width];
+                for (x, (left, right, s)) in columns.iter().enumerate() {
+                    let read = |k: usize| {
+                        let (a, b) = (nodes[top + left][k], nodes[top + right][k]);
+                        let (c, d) = (nodes[bottom + left][k], nodes[bottom + right][k]);
+                        let (upper, lower) = (a + s * (b - a), c + s * (d - c));
+                        upper + t * (lower - upper)
+                    };
+                    // Extrapolation by a quarter of a pixel must not leave what is possible.
+                    let corner = nodes[top + left][0];
+                    let (zeta, variance) = (read(0), read(3).max(0.0));
+                    let zeta = if zeta < 0.5 * corner {
+                        0.5 * corner
+                    } else {
+                        zeta
+                    };
+                    let metres = length[x] / zeta;
+                    let deviation = scale.of(variance, zeta);
+                    let known = metres > 0.0 && metres.is_finite();
+                    range[x] = if known { metres } else { f32::NAN };
+                    std[x] = if known { metres * deviation } else { f32::NAN };
+                }
+            });
+    }
+}
+
+/// From the variance the state carries to the error that is seen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StdScale {
+    /// Factor on the standard deviation of zeta.
+    pub factor: f32,
+    /// Relative error that no measurement takes away.
+    pub floor: f32,
+}
+
+impl StdScale {
+    /// Relative standard deviation.
+    #[inline]
+    pub fn of(&self, variance: f32, zeta: f32) -> f32 {
+        let relative = self.factor * variance.sqrt() / zeta;
+        (relative * relative + self.floor * self.floor).sqrt()
+    }
+}
+
+/// The lattice's pixels between which a pixel lies, and the way between; beyond them it extrapolates.
+fn place(i: usize, binning: usize, size: usize, wraps: bool) -> (usize, usize, f32) {
+    let at = (i as f32 + 0.5) / binning as f32 - 0.5;
+    if wraps {
+        let low = at.floor();
+        let wrapped = (low as i64).rem_euclid(size as i64) as usize;
+        return (wrapped, (wrapped + 1) % size, at - low);
+    }
+    let low = (at.max(0.0) as usize).min(size - 2);
+    (low, low + 1, at - low as f32)
+}

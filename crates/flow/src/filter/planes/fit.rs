@@ -1,0 +1,55 @@
+//! The plane of a cell, from its moments and the coarser plane around it.
+
+use super::moments::Moments;
+use nalgebra::Vector3;
+
+/// The plane of a cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    pub plane: Vector3<f64>,
+    /// Variance of the pixels' zeta about the plane, beyond what noise explains.
+    pub misfit: f64,
+    /// Variance of the plane's zeta in the middle of the cell.
+    pub variance: f64,
+}
+
+impl Fit {
+    pub const UNKNOWN: Self = Self {
+        plane: Vector3::new(0.0, 0.0, 0.0),
+        misfit: 1.0,
+        variance: 1.0,
+    };
+
+    /// The plane that fits the moments with a prior plane of variance `spread` in the cell.
+    /// `pixel_noise` is the share of a pixel's nominal variance that noise is expected to have: smoothed
+    /// images repeat their noise in neighbouring pixels, so that fits misfit less than by independent noise.
+    pub fn new(
+        moments: &Moments,
+        prior: &Vector3<f64>,
+        spread: f64,
+        pixel_noise: f64,
+    ) -> Option<Self> {
+        if moments.pixels == 0.0 {
+            return None;
+        }
+        let shape = moments.shape / moments.pixels;
+        // The prior counts as one measurement of each of the plane's three numbers.
+        let hold = shape / spread;
+        let matrix = moments.matrix + hold;
+        let inverse = matrix.try_inverse()?;
+        let plane = inverse * (moments.vector + hold * prior);
+        let residual = moments.square - 2.0 * plane.dot(&moments.vector)
+            + plane.dot(&(moments.matrix * plane));
+        let misfit = if moments.weight > 0.0 {
+            ((residual - pixel_noise * moments.pixels) / moments.weight).max(0.0)
+        } else {
+            spread
+        };
+        let variance = (inverse * shape).trace() / 3.0;
+        plane.iter().all(|v| v.is_finite()).then_some(Self {
+            plane,
+            misfit,
+            variance: variance.max(0.0),
+        })
+    }
+}

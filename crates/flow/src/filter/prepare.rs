@@ -1,0 +1,235 @@
+//! From a camera's image to the filter's: noise measured, impulses out, binned, smoothed, with slopes.
+
+use super::lattice::Lattice;
+use crate::gaussian::Gaussian;
+use rayon::prelude::*;
+use sphereflow_core::Plane;
+
+/// An image as the filter reads it.
+#[derive(Clone, Debug)]
+pub(super) struct Prepared {
+    /// Brightness, slopes by column and row, nothing; brightness NaN where unknown.
+    pub pixel: Vec<[f32; 4]>,
+    /// Standard deviation of the noise of a pixel after binning, before smoothing.
+    pub sigma_raw: f32,
+    /// The same after smoothing.
+    pub sigma: f32,
+    /// Whether impulses were found: those that stay are far from normal noise.
+    pub impulses: bool,
+    /// Share of known pixels.
+    pub known: f32,
+    /// Share of pixels with a slope that is more than noise.
+    pub textured: f32,
+}
+
+/// Buffers between the steps, kept from image to image.
+#[derive(Clone, Debug)]
+pub(super) struct Preparation {
+    binning: usize,
+    binned: Plane<f32>,
+    smooth: Plane<f32>,
+    /// Noise measured so far, grey levels.
+    measured: Option<f32>,
+}
+
+/// No image is read more exactly than this between its pixels, whatever the camera's noise.
+const LEAST_SIGMA: f32 = 1.0;
+
+/// Brightness from which a pixel counts as saturated, or up to which as black (of 256).
+const SATURATED: f32 = 255.0;
+const BLACK: f32 = 1.0;
+
+impl Preparation {
+    pub fn new(width: usize, height: usize, binning: usize) -> Self {
+        Self {
+            binning,
+            binned: Plane::filled(width, height, 0.0),
+            smooth: Plane::filled(width, height, 0.0),
+            measured: None,
+        }
+    }
+
+    /// Works on the buffers of an image no longer needed.
+    pub fn prepare(
+        &mut self,
+        image: &Plane<f32>,
+        lattice: &Lattice,
+        sigma: Option<f64>,
+        mut out: Prepared,
+    ) -> Prepared {
+        let sigma = sigma.map_or_else(|| self.measure_noise(image), |s| s as f32);
+        let impulses = has_impulses(image, sigma);
+        let cleaned = impulses.then(|| without_impulses(image, sigma));
+        self.bin(cleaned.as_ref().unwrap_or(image));
+        out.impulses = impulses;
+        out.known = self.fill_unknown();
+        // Little noise wants little smoothing; ten grey levels and more about a pixel.
+        let raw = (sigma / self.binning as f32).max(LEAST_SIGMA / self.binning as f32);
+        let gaussian = Gaussian::new(0.5 + 0.7 * (sigma / 10.0).min(1.0));
+        gaussian.apply(&self.binned, &mut self.smooth);
+        out.sigma_raw = raw;
+        out.sigma = raw * gaussian.noise_gain().sqrt();
+        self.slopes(lattice, &mut out);
+        out
+    }
+
+    /// Immerkaer's measure by a median: the response to a second difference both ways.
+    fn measure_noise(&mut self, image: &Plane<f32>) -> f32 {
+        const STEP: usize = 5;
+        let (width, height) = image.size();
+        let mut responses = Vec::with_capacity(width * height / (STEP * STEP));
+        for y in (1..height.saturating_sub(1)).step_by(STEP) {
+            let (a, b, c) = (image.row(y - 1), image.row(y), image.row(y + 1));
+            for x in (1..width.saturating_sub(1)).step_by(STEP) {
+                let second = |r: &[f32]| r[x - 1] - 2.0 * r[x] + r[x + 1];
+                let response = (second(a) - 2.0 * second(b) + second(c)).abs();
+                // Black and saturated pixels have no noise, and say nothing of that of others.
+                let usable = b[x] > BLACK && b[x] < SATURATED;
+                if usable && response.is_finite() {
+                    responses.push(response);
+                }
+            }
+        }
+        let middle = responses.len() / 2;
+        let found = if responses.len() < 100 {
+            None
+        } else {
+            let (_, median, _) = responses.select_nth_unstable_by(middle, f32::total_cmp);
+            // 36 is the sum of the squared kernel, 0.6745 the median of |normal|.
+            Some(*median / (6.0 * 0.6745))
+        };
+        let now = match (self.measured, found) {
+            (Some(before), Some(found)) => before + 0.1 * (found - before),
+            (before, found) => found.or(before).unwrap_or(LEAST_SIGMA),
+        };
+        self.measured = Some(now);
+        now.max(LEAST_SIGMA)
+    }
+
+    fn bin(&mut self, image: &Plane<f32>) {
+        let (width, factor) = (self.binned.width(), self.binning);
+        if factor == 1 {
+            self.binned.data_mut().copy_from_slice(image.data());
+            return;
+        }
+        let scale = 1.0 / (factor * factor) as f32;
+        let rows = self.binned.data_mut().par_chunks_mut(width);
+        rows.enumerate().for_each(|(y, out)| {
+            out.fill(0.0);
+            for k in 0..factor {
+                let row = image.row(y * factor + k);
+                for (out, block) in out.iter_mut().zip(row.chunks_exact(factor)) {
+                    *out += block.iter().sum::<f32>();
+                }
+            }
+            for out in out.iter_mut() {
+                *out *= scale;
+            }
+        });
+    }
+
+    /// Unknown pixels spoil those that smoothing reaches from them: they and their neighbours stay
+    /// NaN. Returns the share of known pixels.
+    fn fill_unknown(&mut self) -> f32 {
+        let unknown = self.binned.data().iter().filter(|v| !v.is_finite()).count();
+        for value in self.binned.data_mut() {
+            if !value.is_finite() {
+                *value = f32::NAN;
+            }
+        }
+        1.0 - unknown as f32 / self.binned.data().len() as f32
+    }
+
+    fn slopes(&self, lattice: &Lattice, out: &mut Prepared) {
+        let (width, height) = self.smooth.size();
+        let smooth = &self.smooth;
+        out.pixel.resize(width * height, [0.0; 4]);
+        let threshold = 4.0 * out.sigma * out.sigma;
+        let counts: Vec<usize> = out
+            .pixel
+            .par_chunks_mut(width)
+            .enumerate()
+            .map(|(y, row)| {
+                let (up, down) = (y.saturating_sub(1), (y + 1).min(height - 1));
+                let span = 1.0 / (down - up) as f32;
+                let (a, b, c) = (smooth.row(up), smooth.row(y), smooth.row(down));
+                let mut textured = 0;
+                for (x, out) in row.iter_mut().enumerate() {
+                    let (left, right, span_x) = match () {
+                        () if x > 0 && x + 1 < width => (x - 1, x + 1, 0.5),
+                        () if lattice.wraps => ((x + width - 1) % width, (x + 1) % width, 0.5),
+                        () if x == 0 => (0, 1, 1.0),
+                        () => (x - 1, x, 1.0),
+                    };
+                    let (gx, gy) = ((b[right] - b[left]) * span_x, (c[x] - a[x]) * span);
+                    *out = [b[x], gx, gy, 0.0];
+                    textured += usize::from(gx * gx + gy * gy > threshold);
+                }
+                textured
+            })
+            .collect();
+        let flat = |v: &f32| *v <= BLACK || *v >= SATURATED;
+        let useless = smooth.data().iter().filter(|v| flat(v)).count();
+        let pixels = (width * height) as f32;
+        let textured = counts.iter().sum::<usize>() as f32 / pixels;
+        out.textured = textured.min(1.0 - useless as f32 / pixels);
+    }
+}
+
+impl Prepared {
+    pub fn empty() -> Self {
+        Self {
+            pixel: Vec::new(),
+            sigma_raw: 1.0,
+            sigma: 1.0,
+            impulses: false,
+            known: 0.0,
+            textured: 0.0,
+        }
+    }
+}
+
+/// A pixel is an impulse where it stands out of its eight neighbours by far more than the noise.
+fn is_impulse(window: &mut [f32; 9], centre: f32, sigma: f32) -> Option<f32> {
+    window.sort_unstable_by(f32::total_cmp);
+    let (median, low, high) = (window[4], window[1], window[7]);
+    let stands_out = (centre - median).abs() > (6.0 * sigma).max(20.0) + 2.0 * (high - low);
+    stands_out.then_some(median)
+}
+
+fn window(image: &Plane<f32>, x: usize, y: usize) -> [f32; 9] {
+    let rows = [image.row(y - 1), image.row(y), image.row(y + 1)];
+    std::array::from_fn(|i| rows[i / 3][x - 1 + i % 3])
+}
+
+/// Looks at one pixel of sixteen: more impulses than one in 500 is no accident.
+fn has_impulses(image: &Plane<f32>, sigma: f32) -> bool {
+    let (width, height) = image.size();
+    let (mut seen, mut found) = (0_usize, 0_usize);
+    for y in (1..height.saturating_sub(1)).step_by(4) {
+        let row = image.row(y);
+        for x in (1..width.saturating_sub(1)).step_by(4) {
+            seen += 1;
+            // Only a pixel far from its left and right neighbours can be one: most are not.
+            let far = (row[x] - row[x - 1]).abs().min((row[x] - row[x + 1]).abs());
+            if far > (6.0 * sigma).max(20.0) {
+                found += usize::from(is_impulse(&mut window(image, x, y), row[x], sigma).is_some());
+            }
+        }
+    }
+    found * 500 > seen
+}
+
+/// Impulses replaced by the median of their neighbourhood.
+fn without_impulses(image: &Plane<f32>, sigma: f32) -> Plane<f32> {
+    let mut out = image.clone();
+    let (width, height) = image.size();
+    for y in 1..height.saturating_sub(1) {
+        for x in 1..width.saturating_sub(1) {
+            if let Some(median) = is_impulse(&mut window(image, x, y), image[(x, y)], sigma) {
+                out[(x, y)] = median;
+            }
+        }
+    }
+    out
+}

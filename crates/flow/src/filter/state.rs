@@ -1,0 +1,41 @@
+//! What the filter knows of each pixel, and what it keeps of past frames.
+
+use super::prepare::Prepared;
+use sphereflow_core::Pose;
+
+/// Per pixel `[x, q, s, var]`: the regularised zeta (1/m), the information times the distance of
+/// the unregularised mean from it, the information (m^2), and the variance of x (1/m^2).
+///
+/// The mean is m = x + q/s. Kept relative to x, it can be read between pixels whose information differs
+/// without shifting the plane.
+pub(super) type Node = [f32; 4];
+
+/// A frame of the past.
+#[derive(Clone, Debug)]
+pub(super) struct Past {
+    pub image: Prepared,
+    pub world_from_camera: Pose,
+    /// The zeta that was seen, 0 where it was not well known: what may hide others.
+    pub surface: Vec<f32>,
+    /// Covariance of this frame's pose against the next one, as the motion's sensors say: [rotation,
+    /// translation] standard deviation accumulated since the start.
+    pub drift: Drift,
+}
+
+/// Variance of a pose that is integrated from noisy velocities, accumulated since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Drift {
+    /// Per axis, rad^2.
+    pub rotation: f32,
+    /// Per axis, m^2.
+    pub translation: f32,
+}
+
+impl Drift {
+    pub fn since(&self, past: &Self) -> Self {
+        Self {
+            rotation: (self.rotation - past.rotation).max(0.0),
+            translation: (self.translation - past.translation).max(0.0),
+        }
+    }
+}

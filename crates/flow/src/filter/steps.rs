@@ -1,0 +1,180 @@
+//! The steps of the filter: predict, judge, compare, remember.
+
+use super::contest::Contest;
+use super::gain::MeasureGain;
+use super::predict::{Predict, Step};
+use super::prepare::Prepared;
+use super::state::{Node, Past};
+use super::update::{Pair, Update, fade};
+use super::{Brightness, DepthFilter, DepthStep};
+use crate::{DepthReason, DepthStatus};
+use sphereflow_core::Pose;
+
+/// An image with less of its pixels textured, or known, says nothing.
+const LEAST_SHARE: f32 = 0.02;
+
+/// Parallax below which a pair of images says nothing, pixels of the filter.
+const LEAST_PARALLAX_PX: f32 = 0.03;
+
+impl DepthFilter {
+    /// The state at the new pose.
+    pub(super) fn predict(&mut self) {
+        let Some(last) = self.past.front() else {
+            return;
+        };
+        let early = self.updates < self.config.start_frames;
+        let memory = if early { 0.9 } else { self.config.memory };
+        self.lattice.lens.clone().with(Predict {
+            lattice: &self.lattice,
+            step: relative(&self.motion.pose, &last.world_from_camera),
+            old: &self.nodes,
+            new: &mut self.spare,
+            nearest: &mut self.nearest,
+            memory: memory as f32,
+            occlusion: self.config.occlusion,
+        });
+        std::mem::swap(&mut self.nodes, &mut self.spare);
+    }
+
+    /// Whether image and motion can say anything.
+    pub(super) fn verdict(&self, prepared: &Prepared) -> DepthStatus {
+        if prepared.known < LEAST_SHARE {
+            let share = f64::from(prepared.known);
+            return DepthStatus::Unusable(DepthReason::FewKnownPixels { share });
+        }
+        if prepared.textured < LEAST_SHARE {
+            let share = f64::from(prepared.textured);
+            return DepthStatus::Unusable(DepthReason::NoTexture { share });
+        }
+        // Unusable images leave gaps in the past: with nothing but gaps, this is the first.
+        if self.past.iter().all(|past| past.image.pixel.is_empty()) {
+            return DepthStatus::Started;
+        }
+        let least_m = self.least_baseline_m();
+        let (mut baseline_m, mut turn, mut sees) = (0.0_f64, 0.0_f64, false);
+        for past in self.compared() {
+            let (distance, angle) = self.motion.pose.distance_and_angle(&past.world_from_camera);
+            baseline_m = baseline_m.max(distance);
+            turn = turn.max(angle);
+            sees |= distance > least_m;
+        }
+        match () {
+            () if sees => DepthStatus::Updated,
+            () if turn > 1e-4 => {
+                DepthStatus::Unobservable(DepthReason::PureRotation { baseline_m })
+            }
+            () => DepthStatus::Unobservable(DepthReason::NoMotion { baseline_m }),
+        }
+    }
+
+    /// Past frames at the lags that are there and usable.
+    fn compared(&self) -> impl Iterator<Item = &Past> {
+        let frames = self
+            .config
+            .lags
+            .iter()
+            .filter_map(|lag| self.past.get(lag - 1));
+        frames.filter(|past| !past.image.pixel.is_empty())
+    }
+
+    /// Baseline whose parallax in the middle of the image is just enough, metres.
+    fn least_baseline_m(&self) -> f64 {
+        let middle = self.lattice.height / 2 * self.lattice.width + self.lattice.width / 2;
+        let zeta = f64::from(self.nodes[middle][0]);
+        let zeta = if zeta > 0.0 {
+            zeta
+        } else {
+            1.0 / self.config.initial_range_m
+        };
+        f64::from(LEAST_PARALLAX_PX) / (f64::from(self.lattice.focal_px) * zeta)
+    }
+
+    pub(super) fn update(&mut self, prepared: &Prepared, step: &mut DepthStep) {
+        let least_m = self.least_baseline_m();
+        let mut nodes = std::mem::take(&mut self.nodes);
+        let mut trust = std::mem::take(&mut self.trust);
+        let mut pairs = Vec::with_capacity(self.config.lags.len());
+        for past in self.compared() {
+            let (distance, _) = self.motion.pose.distance_and_angle(&past.world_from_camera);
+            if distance <= least_m {
+                continue;
+            }
+            let mut pair = Pair {
+                lattice: &self.lattice,
+                step: relative(&self.motion.pose, &past.world_from_camera),
+                new: prepared,
+                past: &past.image,
+                surface: if self.config.occlusion {
+                    &past.surface
+                } else {
+                    &[]
+                },
+                gain: vec![1.0; self.lattice.height],
+                drift: self.motion.drift.since(&past.drift),
+            };
+            if self.config.brightness == Brightness::Measured {
+                let measure = MeasureGain {
+                    pair: &pair,
+                    nodes: &nodes,
+                };
+                pair.gain = self.lattice.lens.with(measure);
+            }
+            pairs.push(pair);
+        }
+        if self.config.occlusion {
+            let contest = Contest {
+                pairs: &pairs,
+                nodes: &mut nodes,
+            };
+            self.lattice.lens.with(contest);
+        }
+        trust.fill(1.0);
+        let (mut compared, mut fitting) = (0, 0);
+        for pair in &pairs {
+            let update = Update {
+                pair,
+                nodes: &mut nodes,
+                trust: &mut trust,
+            };
+            let (seen, fits) = self.lattice.lens.with(update);
+            (compared, fitting) = (compared + seen, fitting + fits);
+        }
+        drop(pairs);
+        fade(&mut nodes, &trust);
+        self.trust = trust;
+        self.nodes = nodes;
+        step.fitting_share = fitting as f32 / compared as f32;
+    }
+
+    /// The image and the surface it saw, for the frames to come. An unusable image leaves a gap.
+    pub(super) fn remember(&mut self, mut image: Prepared, mut surface: Vec<f32>, usable: bool) {
+        /// Relative deviation up to which a surface may hide others.
+        const TRUSTED: f32 = 0.03;
+        surface.clear();
+        if self.config.occlusion {
+            let zeta = |n: &Node| {
+                let trusted = n[3] < (TRUSTED * n[0]).powi(2);
+                if trusted { n[0] } else { 0.0 }
+            };
+            surface.extend(self.nodes.iter().map(zeta));
+        }
+        if !usable {
+            image.pixel.clear();
+        }
+        self.past.push_front(Past {
+            image,
+            world_from_camera: self.motion.pose,
+            surface,
+            drift: self.motion.drift,
+        });
+    }
+}
+
+/// `old_from_new` of two poses in the world.
+fn relative(new: &Pose, old: &Pose) -> Step {
+    let old_from_new = old.inverse() * *new;
+    Step {
+        rotation: old_from_new.rotation.to_rotation_matrix().matrix().cast(),
+        translation: old_from_new.translation.cast(),
+    }
+}

@@ -1,0 +1,193 @@
+//! TV-L1 optical flow: total variation prior, absolute data term, warps on a pyramid.
+
+mod solver;
+mod warping;
+
+use crate::error::{Error, positive, same_size};
+use crate::{FlowField, Result};
+use solver::{Linearised, Workspace};
+use sphereflow_core::Plane;
+use warping::{halved, median_filtered, smoothed, warp};
+
+/// Settings of [`TvL1Flow`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TvL1Config {
+    /// Weight alpha^2 of the data, per grey level.
+    pub lambda: f32,
+    /// Linearisations per pyramid level.
+    pub warps: usize,
+    /// Primal-dual iterations per linearisation.
+    pub iterations: usize,
+    /// Pyramid levels, each half as large; fewer where the image gets smaller than 16 pixels.
+    pub levels: usize,
+    /// Radius of the median filter of the flow after each warp: 0 for none, else 1 or 2.
+    pub median_radius: usize,
+    /// Standard deviation of the Gaussian that smooths the images first, pixels; 0 for none.
+    pub presmooth_px: f32,
+}
+
+impl Default for TvL1Config {
+    /// For a pair of images without a start.
+    fn default() -> Self {
+        Self {
+            lambda: 0.1,
+            warps: 5,
+            iterations: 30,
+            levels: 5,
+            median_radius: 1,
+            presmooth_px: 0.6,
+        }
+    }
+}
+
+impl TvL1Config {
+    /// For a video, where each flow starts from the one before: one level, 3 warps of 20 iterations.
+    pub fn warm() -> Self {
+        Self {
+            warps: 3,
+            iterations: 20,
+            levels: 1,
+            median_radius: 0,
+            presmooth_px: 0.0,
+            ..Self::default()
+        }
+    }
+
+    fn check(&self) -> Result<()> {
+        positive("lambda", f64::from(self.lambda))?;
+        for (name, value) in [
+            ("warps", self.warps),
+            ("iterations", self.iterations),
+            ("levels", self.levels),
+        ] {
+            if value == 0 {
+                return Err(Error::value(name, "at least 1", value));
+            }
+        }
+        if self.median_radius > 2 {
+            return Err(Error::value(
+                "median_radius",
+                "0, 1 or 2",
+                self.median_radius,
+            ));
+        }
+        if !(0.0..=20.0).contains(&self.presmooth_px) {
+            return Err(Error::value(
+                "presmooth_px",
+                "0 to 20 pixels",
+                self.presmooth_px,
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Flow from `image0` to `image1` in pixels, of images of any size and any brightness scale.
+///
+/// Thesis: section 2.1.4, eq. (2.9). The linearised problem is solved by the primal-dual iteration
+/// whose step is 1/(2 beta^2): the limit does not depend on beta.
+///
+/// # Errors
+/// Shape errors naming the image or `start`; value errors for settings out of their domain.
+pub fn tv_l1(
+    image0: &Plane<f32>,
+    image1: &Plane<f32>,
+    config: &TvL1Config,
+    start: Option<&FlowField>,
+) -> Result<FlowField> {
+    TvL1Flow::new(*config)?.flow(image0, image1, start)
+}
+
+/// [`tv_l1`] for one pair after the other: keeps its buffers and its dual variables.
+#[derive(Clone, Debug)]
+pub struct TvL1Flow {
+    config: TvL1Config,
+    levels: Vec<Workspace>,
+}
+
+impl TvL1Flow {
+    /// With settings.
+    ///
+    /// # Errors
+    /// Value errors for settings out of their domain.
+    pub fn new(config: TvL1Config) -> Result<Self> {
+        config.check()?;
+        Ok(Self {
+            config,
+            levels: Vec::new(),
+        })
+    }
+
+    /// As [`tv_l1`]. With a start of the same size as the call before, the dual variables of that
+    /// call are used again (warm start).
+    ///
+    /// # Errors
+    /// As [`tv_l1`].
+    pub fn flow(
+        &mut self,
+        image0: &Plane<f32>,
+        image1: &Plane<f32>,
+        start: Option<&FlowField>,
+    ) -> Result<FlowField> {
+        same_size("image1", image0.size(), image1.size())?;
+        let (width, height) = image0.size();
+        if width < 4 || height < 4 {
+            let found = format!("{width}x{height}");
+            return Err(Error::value("image size", "at least 4x4 pixels", found));
+        }
+        if let Some(start) = start {
+            same_size("start", (width, height), start.size())?;
+        }
+        let pyramid = self.pyramid(image0, image1);
+        self.fit_workspaces(&pyramid, start.is_some());
+        let coarsest = pyramid[pyramid.len() - 1].0.size();
+        let mut flow = match start {
+            Some(start) => start.resized(coarsest.0, coarsest.1),
+            None => FlowField::zero(coarsest.0, coarsest.1),
+        };
+        for ((from, to), work) in pyramid.iter().zip(&mut self.levels).rev() {
+            if flow.size() != from.size() {
+                flow = flow.resized(from.width(), from.height());
+            }
+            for _ in 0..self.config.warps {
+                let linear = Linearised::new(from, &warp(to, &flow), &flow);
+                work.solve(
+                    &linear,
+                    &mut flow,
+                    self.config.lambda,
+                    self.config.iterations,
+                );
+                flow = median_filtered(flow, self.config.median_radius);
+            }
+        }
+        Ok(flow)
+    }
+
+    fn pyramid(&self, image0: &Plane<f32>, image1: &Plane<f32>) -> Vec<(Plane<f32>, Plane<f32>)> {
+        /// Below this size a level has no content left.
+        const LEAST: usize = 16;
+        let sigma = self.config.presmooth_px;
+        let mut levels = vec![(smoothed(image0, sigma), smoothed(image1, sigma))];
+        while levels.len() < self.config.levels {
+            let (a, b) = &levels[levels.len() - 1];
+            if a.width().min(a.height()) / 2 < LEAST {
+                break;
+            }
+            levels.push((halved(a), halved(b)));
+        }
+        levels
+    }
+
+    fn fit_workspaces(&mut self, pyramid: &[(Plane<f32>, Plane<f32>)], warm: bool) {
+        let fits = self.levels.len() == pyramid.len()
+            && self
+                .levels
+                .iter()
+                .zip(pyramid)
+                .all(|(w, p)| w.size() == p.0.size());
+        if !(fits && warm) {
+            let new = |(image, _): &(Plane<f32>, Plane<f32>)| Workspace::new(image.size());
+            self.levels = pyramid.iter().map(new).collect();
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! `sphereflow.depth`: the depth filter.
+
+use crate::camera::PyCamera;
+use crate::errors::{IntoPython, Kind, exception};
+use crate::flow::{grey, plane_array};
+use crate::trajectory::{pose_from, pose_matrix};
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use sphereflow_core::{Plane, Stamp, Twist};
+use sphereflow_flow::{Brightness, DepthFilter, DepthFilterConfig, DepthStatus, VelocityNoise};
+
+/// Range and its standard deviation after a step, and what became of the image.
+#[pyclass(name = "DepthResult", module = "sphereflow.depth", frozen)]
+pub struct PyDepthResult {
+    range: Py<PyArray2<f32>>,
+    std: Option<Py<PyArray2<f32>>>,
+    status: DepthStatus,
+    sigma_grey: f32,
+    fitting_share: f32,
+}
+
+impl PyDepthResult {
+    /// Of an observer, which knows no deviation.
+    pub fn of_observer(py: Python<'_>, range: &Plane<f32>, status: DepthStatus) -> PyResult<Self> {
+        Ok(Self {
+            range: plane_array(py, range.clone())?.unbind(),
+            std: None,
+            status,
+            sigma_grey: f32::NAN,
+            fitting_share: f32::NAN,
+        })
+    }
+}
+
+#[pymethods]
+impl PyDepthResult {
+    /// Range along the ray, metres, (H, W); NaN where the camera has no ray.
+    #[getter]
+    fn range_m(&self, py: Python<'_>) -> Py<PyArray2<f32>> {
+        self.range.clone_ref(py)
+    }
+
+    /// Standard deviation of the range, metres, (H, W); None from an observer, which has none.
+    #[getter]
+    fn std_m(&self, py: Python<'_>) -> Option<Py<PyArray2<f32>>> {
+        self.std.as_ref().map(|std| std.clone_ref(py))
+    }
+
+    /// "started", "updated", "unobservable", "unusable" or "skipped".
+    #[getter]
+    fn status(&self) -> &'static str {
+        self.status.name()
+    }
+
+    /// Why, where it is neither "started" nor "updated".
+    #[getter]
+    fn reason(&self) -> Option<String> {
+        self.status.reason().map(|reason| reason.to_string())
+    }
+
+    /// Standard deviation of the image noise that was used, grey levels of the binned image; NaN
+    /// from an observer.
+    #[getter]
+    fn sigma_grey(&self) -> f32 {
+        self.sigma_grey
+    }
+
+    /// Share of the compared pixels that fit, 0 to 1; NaN where none was compared.
+    #[getter]
+    fn fitting_share(&self) -> f32 {
+        self.fitting_share
+    }
+
+    fn __repr__(&self) -> String {
+        let reason = self.status.reason().map(|why| format!(": {why}"));
+        format!(
+            "DepthResult({}{})",
+            self.status.name(),
+            reason.unwrap_or_default()
+        )
+    }
+}
+
+/// Three numbers.
+pub fn triple(value: &Bound<'_, PyAny>, name: &str) -> PyResult<nalgebra::Vector3<f64>> {
+    let array = crate::arrays::floats(value, name, &[Some(3)])?;
+    Ok(nalgebra::Vector3::from_column_slice(array.as_slice()?))
+}
+
+/// Both velocities.
+pub fn twist(v_m_s: &Bound<'_, PyAny>, omega_rad_s: &Bound<'_, PyAny>) -> PyResult<Twist> {
+    Ok(Twist {
+        angular_rad_s: triple(omega_rad_s, "omega_rad_s")?,
+        linear_m_s: triple(v_m_s, "v_m_s")?,
+    })
+}
+
+/// Dense range from the images of an ordinary camera whose motion is known.
+///
+/// Keeps an inverse depth with its information in every pixel, carries it along by the exact motion,
+/// corrects it by comparing each image with several of the past, and regularises it by planes. The
+/// noise of the images is measured, changes of light are, and pixels hidden in past images are left
+/// out.
+///
+/// Parameters
+/// ----------
+/// camera : Camera
+///     Any model; a pinhole is fastest.
+/// binning : int
+///     Pixels to a side of one of the filter's, 1 to 4.
+/// lags : sequence of int
+///     Distances in frames to the past images that are compared. Made for 60 Hz; halve them at 30.
+/// sigma_grey : float, optional
+///     Standard deviation of the image noise, grey levels; measured where not given.
+/// initial_range_m : float
+///     Range everywhere at the start, metres.
+/// roughness_per_m_rad : float
+///     How much inverse depth departs from planes, per metre and radian.
+/// brightness : {'measured', 'constant'}
+///     Whether changes of light are measured and taken out.
+/// occlusion : bool
+///     Whether past images are left out where a pixel was hidden.
+#[pyclass(name = "DepthFilter", module = "sphereflow.depth")]
+pub struct PyDepthFilter {
+    filter: DepthFilter,
+}
+
+#[pymethods]
+impl PyDepthFilter {
+    #[new]
+    #[pyo3(signature = (camera, *, binning = 2, lags = vec![1, 4, 12, 24], sigma_grey = None, initial_range_m = 1.0, roughness_per_m_rad = 0.034, brightness = "measured", occlusion = true))]
+    #[allow(clippy::too_many_arguments)] // keyword arguments of Python
+    fn new(
+        camera: &PyCamera,
+        binning: usize,
+        lags: Vec<usize>,
+        sigma_grey: Option<f64>,
+        initial_range_m: f64,
+        roughness_per_m_rad: f64,
+        brightness: &str,
+        occlusion: bool,
+    ) -> PyResult<Self> {
+        let brightness = match brightness {
+            "measured" => Brightness::Measured,
+            "constant" => Brightness::Constant,
+            other => {
+                let text =
+                    format!("brightness: expected 'measured' or 'constant', found '{other}'");
+                return Err(exception(Kind::Value, text));
+            }
+        };
+        let config = DepthFilterConfig {
+            binning,
+            lags,
+            sigma_grey,
+            initial_range_m,
+            roughness_per_m_rad,
+            brightness,
+            occlusion,
+            ..DepthFilterConfig::default()
+        };
+        let filter = DepthFilter::new(&camera.0, config).into_python()?;
+        Ok(Self { filter })
+    }
+
+    /// The camera.
+    #[getter]
+    fn camera(&self) -> PyCamera {
+        PyCamera(self.filter.camera().clone())
+    }
+
+    /// Pose of the last image, as given or integrated, (4, 4).
+    #[getter]
+    fn world_from_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        pose_matrix(py, &self.filter.world_from_camera())
+    }
+
+    /// The next image, with its pose or with the velocities since the one before.
+    ///
+    /// Parameters
+    /// ----------
+    /// image : array_like, (H, W)
+    ///     Brightness from 1 to 256, NaN unknown.
+    /// world_from_camera : array_like, (4, 4), with stamp_ns
+    ///     Exact pose of the image.
+    /// stamp_ns : int
+    ///     Nanoseconds. A stamp that does not increase is skipped, with a reason.
+    /// v_m_s, omega_rad_s : array_like, (3,), with dt_s
+    ///     Velocities since the image before, camera frame; the pose is integrated.
+    /// dt_s : float
+    ///     Seconds since the image before.
+    /// v_sigma_m_s, omega_sigma_rad_s : float
+    ///     Standard deviation of the velocities, each axis and step for itself.
+    ///
+    /// Returns
+    /// -------
+    /// DepthResult
+    ///     `range_m`, `std_m`, and `status` with its `reason`: without translation depth is not
+    ///     observable, a black or saturated image is not usable; the state is then carried along.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, DtypeError, ValueRangeError
+    ///     Naming the argument; the filter is as before.
+    #[pyo3(signature = (image, *, world_from_camera = None, stamp_ns = None, v_m_s = None, omega_rad_s = None, dt_s = None, v_sigma_m_s = 0.0, omega_sigma_rad_s = 0.0))]
+    #[allow(clippy::too_many_arguments)] // keyword arguments of Python
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        image: &Bound<'_, PyAny>,
+        world_from_camera: Option<&Bound<'_, PyAny>>,
+        stamp_ns: Option<i64>,
+        v_m_s: Option<&Bound<'_, PyAny>>,
+        omega_rad_s: Option<&Bound<'_, PyAny>>,
+        dt_s: Option<f64>,
+        v_sigma_m_s: f64,
+        omega_sigma_rad_s: f64,
+    ) -> PyResult<PyDepthResult> {
+        let image = grey(image, "image")?;
+        let filter = &mut self.filter;
+        let step = match (world_from_camera, stamp_ns, v_m_s, omega_rad_s, dt_s) {
+            (Some(pose), Some(stamp_ns), None, None, None) => {
+                let pose = pose_from(pose, "world_from_camera")?;
+                py.detach(|| filter.step(&image, &pose, Stamp::from_ns(stamp_ns)))
+            }
+            (None, None, Some(v), Some(omega), Some(dt_s)) => {
+                let twist = twist(v, omega)?;
+                let noise = VelocityNoise {
+                    angular_rad_s: omega_sigma_rad_s,
+                    linear_m_s: v_sigma_m_s,
+                };
+                py.detach(|| filter.step_with_velocity(&image, &twist, dt_s, noise))
+            }
+            _ => {
+                let text = "step: expected either world_from_camera and stamp_ns, or v_m_s, \
+                            omega_rad_s and dt_s, found another combination";
+                return Err(exception(Kind::Value, text));
+            }
+        }
+        .into_python()?;
+        let (range, std) = py.detach(|| filter.range());
+        Ok(PyDepthResult {
+            range: plane_array(py, range)?.unbind(),
+            std: Some(plane_array(py, std)?.unbind()),
+            status: step.status,
+            sigma_grey: step.sigma_grey,
+            fitting_share: step.fitting_share,
+        })
+    }
+}

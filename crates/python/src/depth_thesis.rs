@@ -1,0 +1,265 @@
+//! `sphereflow.depth`: the observers and the variational methods of the thesis.
+
+use crate::camera::PyCamera;
+use crate::depth::{PyDepthResult, twist};
+use crate::errors::IntoPython;
+use crate::flow::{flow_from, grey, plane_array};
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use sphereflow_flow::{
+    DataTerm, DepthObserver, FlowObserver, ObserverConfig, PixelRays, SobolevConfig, SobolevDepth,
+    TvDepth, TvDepthConfig, VariationalDepth,
+};
+
+/// The observer that takes optical flow and known velocities.
+///
+/// Parameters
+/// ----------
+/// camera : Camera
+///     Any model.
+/// gain : float
+///     k, seconds per metre.
+/// initial_range_m : float
+///     Range everywhere at the start, metres.
+#[pyclass(name = "FlowObserver", module = "sphereflow.depth")]
+pub struct PyFlowObserver(FlowObserver);
+
+#[pymethods]
+impl PyFlowObserver {
+    #[new]
+    #[pyo3(signature = (camera, *, gain = 500.0, initial_range_m = 1.0))]
+    fn new(camera: &PyCamera, gain: f64, initial_range_m: f64) -> PyResult<Self> {
+        let config = ObserverConfig {
+            gain,
+            initial_range_m,
+            ..ObserverConfig::flow()
+        };
+        let rays = PixelRays::new(&camera.0).into_python()?;
+        FlowObserver::new(&rays, config).into_python().map(Self)
+    }
+
+    /// Steps ahead with the flow between two images, (H, W, 2) pixels, and the velocities between them.
+    ///
+    /// Returns a `DepthResult` at the time of the second image; `std_m` is None.
+    #[pyo3(signature = (flow, *, v_m_s, omega_rad_s, dt_s))]
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        flow: &Bound<'_, PyAny>,
+        v_m_s: &Bound<'_, PyAny>,
+        omega_rad_s: &Bound<'_, PyAny>,
+        dt_s: f64,
+    ) -> PyResult<PyDepthResult> {
+        let (flow, twist) = (flow_from(flow, "flow")?, twist(v_m_s, omega_rad_s)?);
+        let observer = &mut self.0;
+        let status = py
+            .detach(|| observer.step(&flow, &twist, dt_s))
+            .into_python()?;
+        PyDepthResult::of_observer(py, self.0.range(), status)
+    }
+}
+
+/// The observer that takes inverse ranges, as `sobolev_depth` and `tv_l1_depth` give them.
+///
+/// Parameters
+/// ----------
+/// camera : Camera
+///     Any model.
+/// gain : float
+///     k, metres per second.
+/// initial_range_m : float
+///     Range everywhere at the start, metres.
+#[pyclass(name = "DepthObserver", module = "sphereflow.depth")]
+pub struct PyDepthObserver(DepthObserver);
+
+#[pymethods]
+impl PyDepthObserver {
+    #[new]
+    #[pyo3(signature = (camera, *, gain = 30.0, initial_range_m = 1.0))]
+    fn new(camera: &PyCamera, gain: f64, initial_range_m: f64) -> PyResult<Self> {
+        let config = ObserverConfig {
+            gain,
+            initial_range_m,
+            ..ObserverConfig::depth()
+        };
+        let rays = PixelRays::new(&camera.0).into_python()?;
+        DepthObserver::new(&rays, config).into_python().map(Self)
+    }
+
+    /// Steps ahead with an inverse range, (H, W) per metre, NaN unknown, and the velocities.
+    ///
+    /// Returns a `DepthResult` at the time of the second image; `std_m` is None.
+    #[pyo3(signature = (inv_range, *, v_m_s, omega_rad_s, dt_s))]
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        inv_range: &Bound<'_, PyAny>,
+        v_m_s: &Bound<'_, PyAny>,
+        omega_rad_s: &Bound<'_, PyAny>,
+        dt_s: f64,
+    ) -> PyResult<PyDepthResult> {
+        let (inverse, twist) = (grey(inv_range, "inv_range")?, twist(v_m_s, omega_rad_s)?);
+        let observer = &mut self.0;
+        let status = py
+            .detach(|| observer.step(&inverse, &twist, dt_s))
+            .into_python()?;
+        PyDepthResult::of_observer(py, self.0.range(), status)
+    }
+}
+
+/// Inverse range by a variational method.
+#[pyclass(name = "VariationalDepth", module = "sphereflow.depth", frozen)]
+pub struct PyVariationalDepth {
+    inv_range: Py<PyArray2<f32>>,
+    energy: f64,
+    residual: f64,
+    iterations: usize,
+}
+
+#[pymethods]
+impl PyVariationalDepth {
+    /// 1/D per metre, (H, W); NaN where unknown, everywhere without translation.
+    #[getter]
+    fn inv_range(&self, py: Python<'_>) -> Py<PyArray2<f32>> {
+        self.inv_range.clone_ref(py)
+    }
+
+    /// The functional at the solution.
+    #[getter]
+    fn energy(&self) -> f64 {
+        self.energy
+    }
+
+    /// What is left to gain: relative residual (Sobolev) or relative duality gap (TV-L1).
+    #[getter]
+    fn residual(&self) -> f64 {
+        self.residual
+    }
+
+    /// Iterations used.
+    #[getter]
+    fn iterations(&self) -> usize {
+        self.iterations
+    }
+}
+
+fn result(py: Python<'_>, depth: VariationalDepth) -> PyResult<PyVariationalDepth> {
+    Ok(PyVariationalDepth {
+        inv_range: plane_array(py, depth.inv_range)?.unbind(),
+        energy: depth.energy,
+        residual: depth.residual,
+        iterations: depth.iterations,
+    })
+}
+
+/// Inverse range from two images and known velocities: least squares, smooth on the sphere.
+///
+/// Parameters
+/// ----------
+/// camera : Camera
+///     Any model.
+/// image0, image1 : array_like, (H, W)
+///     Brightness from 1 to 256.
+/// v_m_s, omega_rad_s : array_like, (3,)
+///     Velocities between the images, camera frame.
+/// dt_s : float
+///     Seconds between the images.
+/// alpha_m_s : float
+///     Weight of smoothness, metres per second.
+/// iterations : int
+///     Iterations of the multigrid solver at most.
+/// start : array_like, (H, W), optional
+///     Inverse range to start from.
+///
+/// Raises
+/// ------
+/// ShapeError, DtypeError, ValueRangeError
+///     Naming the argument.
+#[pyfunction]
+#[pyo3(name = "sobolev_depth", signature = (camera, image0, image1, *, v_m_s, omega_rad_s, dt_s, alpha_m_s = 300.0, iterations = 60, start = None))]
+#[allow(clippy::too_many_arguments)] // keyword arguments of Python
+pub fn py_sobolev_depth(
+    py: Python<'_>,
+    camera: &PyCamera,
+    image0: &Bound<'_, PyAny>,
+    image1: &Bound<'_, PyAny>,
+    v_m_s: &Bound<'_, PyAny>,
+    omega_rad_s: &Bound<'_, PyAny>,
+    dt_s: f64,
+    alpha_m_s: f64,
+    iterations: usize,
+    start: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PyVariationalDepth> {
+    let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
+    let twist = twist(v_m_s, omega_rad_s)?;
+    let start = start.map(|start| grey(start, "start")).transpose()?;
+    let config = SobolevConfig {
+        alpha_m_s,
+        iterations,
+        ..SobolevConfig::default()
+    };
+    let found = py.detach(|| {
+        let rays = PixelRays::new(&camera.0)?;
+        let data = DataTerm::of_pair(&rays, &image0, &image1, &twist, dt_s)?;
+        SobolevDepth::new(&rays, config)?.solve(&data, start.as_ref())
+    });
+    result(py, found.into_python()?)
+}
+
+/// Inverse range from two images and known velocities: total variation, absolute data term.
+///
+/// Parameters
+/// ----------
+/// camera : Camera
+///     Any model.
+/// image0, image1 : array_like, (H, W)
+///     Brightness from 1 to 256.
+/// v_m_s, omega_rad_s : array_like, (3,)
+///     Velocities between the images, camera frame.
+/// dt_s : float
+///     Seconds between the images.
+/// weight : float
+///     Weight of the data: the thesis's alpha squared.
+/// iterations : int
+///     Iterations at most.
+/// gap : float
+///     Relative duality gap at which to stop, 0 to use all iterations.
+/// start : array_like, (H, W), optional
+///     Inverse range to start from.
+///
+/// Raises
+/// ------
+/// ShapeError, DtypeError, ValueRangeError
+///     Naming the argument.
+#[pyfunction]
+#[pyo3(name = "tv_l1_depth", signature = (camera, image0, image1, *, v_m_s, omega_rad_s, dt_s, weight = 0.5, iterations = 400, gap = 1e-3, start = None))]
+#[allow(clippy::too_many_arguments)] // keyword arguments of Python
+pub fn py_tv_l1_depth(
+    py: Python<'_>,
+    camera: &PyCamera,
+    image0: &Bound<'_, PyAny>,
+    image1: &Bound<'_, PyAny>,
+    v_m_s: &Bound<'_, PyAny>,
+    omega_rad_s: &Bound<'_, PyAny>,
+    dt_s: f64,
+    weight: f64,
+    iterations: usize,
+    gap: f64,
+    start: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PyVariationalDepth> {
+    let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
+    let twist = twist(v_m_s, omega_rad_s)?;
+    let start = start.map(|start| grey(start, "start")).transpose()?;
+    let config = TvDepthConfig {
+        lambda: weight,
+        iterations,
+        gap,
+        ..TvDepthConfig::default()
+    };
+    let found = py.detach(|| {
+        let rays = PixelRays::new(&camera.0)?;
+        let data = DataTerm::of_pair(&rays, &image0, &image1, &twist, dt_s)?;
+        TvDepth::new(&rays, config)?.solve(&data, start.as_ref())
+    });
+    result(py, found.into_python()?)
+}

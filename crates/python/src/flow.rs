@@ -1,0 +1,204 @@
+//! `sphereflow.flow`: optical flow between two images, and denoising.
+
+use crate::arrays::floats;
+use crate::errors::{IntoPython, Kind, core_error, exception};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use sphereflow_core::Plane;
+use sphereflow_flow::{
+    Error, FlowField, HornSchunckConfig, HornSchunckSolver, RofConfig, TvL1Config, horn_schunck,
+    rof_denoise, tv_l1,
+};
+
+impl<T> IntoPython<T> for Result<T, Error> {
+    fn into_python(self) -> PyResult<T> {
+        self.map_err(|error| match error {
+            Error::Core(error) => core_error(&error),
+        })
+    }
+}
+
+/// An `(H, W)` image of brightness, of any number type.
+pub fn grey(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Plane<f32>> {
+    let array = floats(value, name, &[None, None])?;
+    let (height, width) = (array.shape()[0], array.shape()[1]);
+    let data = array.as_slice()?.iter().map(|v| *v as f32).collect();
+    Plane::from_vec(width, height, data).into_python()
+}
+
+/// An `(H, W)` array of a plane.
+pub fn plane_array(py: Python<'_>, plane: Plane<f32>) -> PyResult<Bound<'_, PyArray2<f32>>> {
+    let shape = [plane.height(), plane.width()];
+    PyArray1::from_vec(py, plane.into_vec()).reshape(shape)
+}
+
+/// An `(H, W, 2)` array as a flow in pixels.
+pub fn flow_from(value: &Bound<'_, PyAny>, name: &str) -> PyResult<FlowField> {
+    let array = floats(value, name, &[None, None, Some(2)])?;
+    let (height, width) = (array.shape()[0], array.shape()[1]);
+    let data = array.as_slice()?;
+    let part = |k: usize| {
+        let values = data.iter().skip(k).step_by(2).map(|v| *v as f32).collect();
+        Plane::from_vec(width, height, values).into_python()
+    };
+    Ok(FlowField {
+        u: part(0)?,
+        v: part(1)?,
+    })
+}
+
+fn flow_array<'py>(py: Python<'py>, flow: &FlowField) -> PyResult<Bound<'py, PyArray3<f32>>> {
+    let (width, height) = flow.size();
+    let pairs = flow.u.data().iter().zip(flow.v.data());
+    let data: Vec<f32> = pairs.flat_map(|(u, v)| [*u, *v]).collect();
+    PyArray1::from_vec(py, data).reshape([height, width, 2])
+}
+
+/// Optical flow by Horn and Schunck's method: least squares with a smoothness prior.
+///
+/// Parameters
+/// ----------
+/// image0, image1 : array_like, (H, W)
+///     Brightness, of any scale. The motion between them should be below about a pixel, or near
+///     `start`.
+/// alpha : float
+///     Weight of smoothness, grey levels.
+/// solver : {'jacobi', 'sor'}
+///     Jacobi's iteration as printed in the thesis, or over-relaxation until converged.
+/// sweeps : int
+///     Sweeps over the image ('sor': at most).
+/// aspect : float
+///     Height over width of a pixel.
+/// start : array_like, (H, W, 2), optional
+///     Flow to start from, pixels.
+///
+/// Returns
+/// -------
+/// ndarray of float32, (H, W, 2)
+///     Displacement from `image0` to `image1` in pixels: columns to the right, rows down.
+///
+/// Raises
+/// ------
+/// ShapeError, DtypeError, ValueRangeError
+///     Naming the argument.
+#[pyfunction]
+#[pyo3(name = "horn_schunck", signature = (image0, image1, *, alpha = 10.0, solver = "jacobi", sweeps = 50, aspect = 1.0, start = None))]
+#[allow(clippy::too_many_arguments)] // keyword arguments of Python
+pub fn py_horn_schunck<'py>(
+    py: Python<'py>,
+    image0: &Bound<'py, PyAny>,
+    image1: &Bound<'py, PyAny>,
+    alpha: f32,
+    solver: &str,
+    sweeps: usize,
+    aspect: f32,
+    start: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyArray3<f32>>> {
+    let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
+    let start = start.map(|start| flow_from(start, "start")).transpose()?;
+    let solver = match solver {
+        "jacobi" => HornSchunckSolver::Jacobi { sweeps },
+        "sor" => HornSchunckSolver::Sor {
+            tolerance_px: 1e-4,
+            sweeps,
+        },
+        other => {
+            let text = format!("solver: expected 'jacobi' or 'sor', found '{other}'");
+            return Err(exception(Kind::Value, text));
+        }
+    };
+    let config = HornSchunckConfig {
+        alpha,
+        aspect,
+        solver,
+    };
+    let flow = py.detach(|| horn_schunck(&image0, &image1, &config, start.as_ref()));
+    flow_array(py, &flow.into_python()?)
+}
+
+/// Optical flow by total variation and an absolute data term, with warps on a pyramid.
+///
+/// Parameters
+/// ----------
+/// image0, image1 : array_like, (H, W)
+///     Brightness from 1 to 256 (another scale wants another `weight`).
+/// weight : float
+///     Weight of the data, per grey level: the thesis's alpha squared.
+/// warps, iterations, levels : int
+///     Linearisations per level, iterations per linearisation, pyramid levels. A video whose flow
+///     starts from the one before does with 3, 20 and 1.
+/// start : array_like, (H, W, 2), optional
+///     Flow to start from, pixels.
+///
+/// Returns
+/// -------
+/// ndarray of float32, (H, W, 2)
+///     Displacement from `image0` to `image1` in pixels: columns to the right, rows down.
+///
+/// Raises
+/// ------
+/// ShapeError, DtypeError, ValueRangeError
+///     Naming the argument.
+#[pyfunction]
+#[pyo3(name = "tv_l1", signature = (image0, image1, *, weight = 0.1, warps = 5, iterations = 30, levels = 5, start = None))]
+#[allow(clippy::too_many_arguments)] // keyword arguments of Python
+pub fn py_tv_l1<'py>(
+    py: Python<'py>,
+    image0: &Bound<'py, PyAny>,
+    image1: &Bound<'py, PyAny>,
+    weight: f32,
+    warps: usize,
+    iterations: usize,
+    levels: usize,
+    start: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyArray3<f32>>> {
+    let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
+    let start = start.map(|start| flow_from(start, "start")).transpose()?;
+    let config = TvL1Config {
+        lambda: weight,
+        warps,
+        iterations,
+        levels,
+        ..TvL1Config::default()
+    };
+    let flow = py.detach(|| tv_l1(&image0, &image1, &config, start.as_ref()));
+    flow_array(py, &flow.into_python()?)
+}
+
+/// An image without noise, its edges kept (Rudin, Osher and Fatemi, solved by Chambolle's method).
+///
+/// Parameters
+/// ----------
+/// image : array_like, (H, W)
+///     Brightness.
+/// weight : float
+///     Weight of the data, per grey level: large keeps the image, small smooths it.
+/// iterations : int
+///     Iterations.
+///
+/// Returns
+/// -------
+/// ndarray of float32, (H, W)
+///     The image.
+///
+/// Raises
+/// ------
+/// ShapeError, DtypeError, ValueRangeError
+///     Naming the argument.
+#[pyfunction]
+#[pyo3(name = "rof_denoise", signature = (image, *, weight = 0.05, iterations = 100))]
+pub fn py_rof_denoise<'py>(
+    py: Python<'py>,
+    image: &Bound<'py, PyAny>,
+    weight: f32,
+    iterations: usize,
+) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    let image = grey(image, "image")?;
+    let config = RofConfig {
+        beta2: weight,
+        iterations,
+        ..RofConfig::default()
+    };
+    let denoised = py.detach(|| rof_denoise(&image, &config)).into_python()?;
+    plane_array(py, denoised)
+}
