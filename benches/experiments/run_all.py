@@ -5,7 +5,16 @@ import importlib
 import sys
 from pathlib import Path
 
-EXPERIMENTS = ["figure_2_1", "figure_6_2", "nine_scenes", "table_6_1", "depth_observers", "depth_filter", "demo_room", "section_5_4_3"]
+EXPERIMENTS = [
+    "figure_2_1",
+    "figure_6_2",
+    "nine_scenes",
+    "table_6_1",
+    "depth_observers",
+    "depth_filter",
+    "demo_room",
+    "section_5_4_3",
+]
 
 
 def main() -> None:
