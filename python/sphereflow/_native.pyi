@@ -963,6 +963,8 @@ class VelocityBiasEstimator:
         linear_sigma: float = 0.01,
         angular_sigma: float = 1e-3,
         max_width: int = 160,
+        readout_s: float = 0.0,
+        timing_sigma_s: float = 0.0,
     ) -> VelocityBiasEstimator: ...
     def step(
         self,

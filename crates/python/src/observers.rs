@@ -100,6 +100,13 @@ impl PyVelocityBiasState {
 ///     Time constant with which the information form forgets.
 /// linear_sigma, angular_sigma : float
 ///     Standard deviations of one measured velocity, m/s and rad/s.
+/// max_width : int
+///     Images are binned until they are at most this wide.
+/// readout_s : float
+///     Seconds from the first row of an image to the last: 0 for a global shutter, about 0.03 for a
+///     Kinect.
+/// timing_sigma_s : float
+///     How well stamps of images and velocities agree, seconds.
 #[pyclass(name = "VelocityBiasEstimator", module = "sphereflow.observers")]
 pub struct PyVelocityBiasEstimator {
     inner: VelocityBiasEstimator,
@@ -111,7 +118,8 @@ impl PyVelocityBiasEstimator {
     #[new]
     #[pyo3(signature = (camera, method = "information", *, k_field = 2.0, k_v = 1e-2,
         k_omega = 1e-5, lambda_y = 1.0, lambda_d = 5000.0, rate_per_s = 1.0, forget_s = 3.0,
-        linear_sigma = 0.01, angular_sigma = 1e-3, max_width = 160))]
+        linear_sigma = 0.01, angular_sigma = 1e-3, max_width = 160, readout_s = 0.0,
+        timing_sigma_s = 0.0))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         camera: &PyCamera,
@@ -126,6 +134,8 @@ impl PyVelocityBiasEstimator {
         linear_sigma: f64,
         angular_sigma: f64,
         max_width: usize,
+        readout_s: f64,
+        timing_sigma_s: f64,
     ) -> PyResult<Self> {
         let method = match method {
             "information" => BiasMethod::Information,
@@ -150,6 +160,8 @@ impl PyVelocityBiasEstimator {
             linear_sigma,
             angular_sigma,
             max_width,
+            readout_s,
+            timing_sigma_s,
             ..VelocityBiasConfig::default()
         };
         Ok(Self {
