@@ -2,6 +2,7 @@
 
 use crate::arrays::{floats, stamps, vectors3};
 use crate::errors::{IntoPython, Kind, core_error, exception};
+use crate::observers::array1;
 use nalgebra::{UnitQuaternion, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -50,7 +51,7 @@ impl PyAttitudeState {
     /// To be subtracted from the gyro, rad/s, (3,).
     #[getter]
     fn gyro_bias<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.0.gyro_bias_rad_s.as_slice())
+        array1(py, &self.0.gyro_bias_rad_s)
     }
 
     /// 'starting', 'ok', 'weak' or 'skipped'.
