@@ -963,6 +963,8 @@ class VelocityBiasEstimator:
         forget_s: float = 3.0,
         linear_sigma: float = 0.01,
         angular_sigma: float = 1e-3,
+        linear_bias_sigma: float = 3.0,
+        angular_bias_sigma: float = 0.2,
         max_width: int = 160,
         readout_s: float = 0.0,
         timing_sigma_s: float = 0.0,

@@ -3,12 +3,16 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 import sphereflow as sf
 from sphereflow.observers import VelocityBiasEstimator
 
 GYRO_SIGMA = 2.5e-3
 BIAS = np.array([0.010, -0.008, 0.012])
+# Between the middle row of a frame and the stamp of the motion capture: of 0 to 40 ms in steps of 10,
+# the one where images and truth agree best, rms. It is what limits this test: with 10 ms less the
+# attitudes that the camera comes back to differ by as much as it turned meanwhile, a degree, and the
+# bias is 1.5e-2 rad/s off. Without the rolling shutter it is 1.7e-2.
+CLOCKS_APART_NS = 20_000_000
 
 
 def conjugate_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -28,18 +32,23 @@ def attitude_at(truth: sf.Trajectory, stamp_ns: int) -> np.ndarray | None:
     return q / np.linalg.norm(q)
 
 
-@pytest.mark.xfail(reason="1.0e-2 rad/s measured: edges of depth pull the estimate", strict=False)
 def test_gyro_bias_of_a_turning_kinect_is_found_within_ten_seconds(recordings: Path) -> None:
     # Thesis: section 5.4.4: rotations only; here the linear velocity is left unknown instead.
     recording = sf.io.open_recording(recordings / "tum-fr1-rpy-a")
     rng = np.random.default_rng(0)
-    estimator = VelocityBiasEstimator(recording.camera, forget_s=10.0, angular_sigma=GYRO_SIGMA)
+    estimator = VelocityBiasEstimator(
+        recording.camera,
+        forget_s=100.0,  # the bias is constant
+        angular_sigma=GYRO_SIGMA / np.sqrt(6),
+        angular_bias_sigma=0.05,
+        readout_s=0.03,  # of a Kinect
+        timing_sigma_s=0.01,  # its stamps are those of arrival: 2 ms, and the clocks' offset
+    )
     before, last_ns, first_ns, state = None, 0, None, None
     for frame in recording.frames():
         if frame.depth_m is None or frame.colour is None:
             continue
-        # The clocks of camera and motion capture are 15 ms apart in this recording.
-        attitude = attitude_at(recording.truth, frame.stamp_ns - 15_000_000)
+        attitude = attitude_at(recording.truth, frame.stamp_ns - CLOCKS_APART_NS)
         if attitude is None:
             before = None
             continue

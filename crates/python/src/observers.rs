@@ -97,6 +97,8 @@ impl PyVelocityBiasState {
 ///     Time constant with which the information form forgets.
 /// linear_sigma, angular_sigma : float
 ///     Standard deviations of one measured velocity, m/s and rad/s.
+/// linear_bias_sigma, angular_bias_sigma : float
+///     Standard deviations of the biases at the start: of a calibrated gyro rather 0.05 rad/s.
 /// max_width : int
 ///     Images are binned until they are at most this wide.
 /// readout_s : float
@@ -115,7 +117,8 @@ impl PyVelocityBiasEstimator {
     #[new]
     #[pyo3(signature = (camera, method = "information", *, k_field = 2.0, k_v = 1e-2,
         k_omega = 1e-5, lambda_y = 1.0, lambda_d = 5000.0, rate_per_s = 1.0, forget_s = 3.0,
-        linear_sigma = 0.01, angular_sigma = 1e-3, max_width = 160, readout_s = 0.0,
+        linear_sigma = 0.01, angular_sigma = 1e-3,
+        linear_bias_sigma = 3.0, angular_bias_sigma = 0.2, max_width = 160, readout_s = 0.0,
         timing_sigma_s = 0.0))]
     #[allow(clippy::too_many_arguments)]
     fn new(
@@ -130,6 +133,8 @@ impl PyVelocityBiasEstimator {
         forget_s: f64,
         linear_sigma: f64,
         angular_sigma: f64,
+        linear_bias_sigma: f64,
+        angular_bias_sigma: f64,
         max_width: usize,
         readout_s: f64,
         timing_sigma_s: f64,
@@ -156,6 +161,8 @@ impl PyVelocityBiasEstimator {
             forget_s,
             linear_sigma,
             angular_sigma,
+            linear_bias_sigma,
+            angular_bias_sigma,
             max_width,
             readout_s,
             timing_sigma_s,

@@ -163,19 +163,22 @@ impl BiasInformation {
     }
 
     /// The present image becomes a reference: what is not known of the pose is once more unknown of
-    /// all that is seen from there.
-    pub fn add_reference(&mut self) {
-        let own = self.pose_covariance();
+    /// all that is seen from there, and so is by how much the image's own stamp is off.
+    pub fn add_reference(&mut self, noise: &Matrix6<f64>) {
+        let own = self.pose_covariance() + noise;
         let mut corner = self.covariance.fixed_view_mut::<6, 6>(0, 0);
         corner += own;
     }
 
-    /// The present image becomes the only reference: the pose is what it is by definition.
-    pub fn restart(&mut self) {
+    /// The present image becomes the only reference: the pose is what it is by definition, but for
+    /// the image's own stamp.
+    pub fn restart(&mut self, noise: &Matrix6<f64>) {
         for i in 0..6 {
             self.covariance.row_mut(i).fill(0.0);
             self.covariance.column_mut(i).fill(0.0);
         }
+        let mut corner = self.covariance.fixed_view_mut::<6, 6>(0, 0);
+        corner += noise;
     }
 
     /// A linear velocity is measured for the first time: of its bias nothing is known.

@@ -12,9 +12,9 @@ mod information;
 mod observer;
 mod references;
 mod row_motion;
-mod tracking;
 #[cfg(test)]
 mod tests;
+mod tracking;
 mod window;
 
 pub use config::{BiasMethod, FixedGains, VelocityBiasConfig};

@@ -18,6 +18,15 @@ const MOST_WARPS: usize = 4;
 /// A step of the warp below this angle is not repeated: a tenth of a pixel at 160.
 const SETTLED_RAD: f64 = 5e-4;
 
+/// Errors of an alignment that all its pixels share, pixels.
+const FLOOR_PIXELS: f64 = 0.6;
+
+/// Angle between two neighbouring pixels in the middle of the image, rad.
+fn pixel_angle(grid: &SphereGrid) -> f64 {
+    let (x, y) = (grid.width() / 2, grid.height() / 2);
+    grid.ray(x, y).angle(&grid.ray(x.saturating_sub(1), y))
+}
+
 /// Estimates biases by tracking references.
 #[derive(Clone, Debug)]
 pub struct Tracking {
@@ -25,6 +34,7 @@ pub struct Tracking {
     references: References,
     readout_s: f64,
     timing_sigma_s: f64,
+    floor_rad: f64,
     linear_measured: bool,
 }
 
@@ -40,6 +50,7 @@ impl Tracking {
             references: References::new(grid),
             readout_s: config.readout_s,
             timing_sigma_s: config.timing_sigma_s,
+            floor_rad: FLOOR_PIXELS * pixel_angle(grid),
             linear_measured: false,
         }
     }
@@ -68,13 +79,14 @@ impl Tracking {
         let measured = Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z);
         let linear = velocity.linear_m_s.is_some();
         if self.references.is_empty() {
-            self.begin(grid, image, &(measured - self.known.bias()));
+            let twist = measured - self.known.bias();
+            self.begin(grid, image, &twist, &self.common_noise(&twist, mean_range));
             return Err(Status::Starting(Reason::NoData));
         }
         self.known.predict(&measured, linear, dt_s);
         let twist = measured - self.known.bias();
         let rows = RowMotion::new(&twist, self.readout_s, grid.height());
-        let noise = self.timing_noise(&twist);
+        let noise = self.common_noise(&twist, mean_range);
         let predicted = *self.known.pose();
         let Some((reference, _)) = self.references.nearest(&predicted, mean_range) else {
             return Err(Status::Starting(Reason::NoData));
@@ -87,13 +99,13 @@ impl Tracking {
         };
         let (xi, found, share) = settle(&pair, &self.known, &noise, mean_range);
         if share < MIN_SHARE || !self.known.correct(&xi, &found, &noise) {
-            self.begin(grid, image, &twist);
+            self.begin(grid, image, &twist, &noise);
             return Err(Status::Skipped(Reason::FewPixels { share }));
         }
         let pose = *self.known.pose();
         let nearest = self.references.nearest(&pose, mean_range);
         if nearest.is_none_or(|(_, distance)| self.references.is_far(distance)) {
-            self.known.add_reference();
+            self.known.add_reference(&noise);
             self.references.add(Reference {
                 images: image.images,
                 rows,
@@ -104,8 +116,14 @@ impl Tracking {
     }
 
     /// The image becomes the only reference.
-    fn begin(&mut self, grid: &SphereGrid, image: Sloped, twist: &Vector6<f64>) {
-        self.known.restart();
+    fn begin(
+        &mut self,
+        grid: &SphereGrid,
+        image: Sloped,
+        twist: &Vector6<f64>,
+        noise: &Matrix6<f64>,
+    ) {
+        self.known.restart(noise);
         self.references.clear();
         self.references.add(Reference {
             images: image.images,
@@ -114,11 +132,13 @@ impl Tracking {
         });
     }
 
-    /// What stamps that do not agree do to the pose of a moving camera.
-    fn timing_noise(&self, twist: &Vector6<f64>) -> Matrix6<f64> {
+    /// What the residuals do not show of an alignment's error: all pixels share it. Stamps that do not
+    /// agree move a moving camera; lens, blur and interpolation a part of a pixel.
+    fn common_noise(&self, twist: &Vector6<f64>, mean_range: f64) -> Matrix6<f64> {
         let square = |i: usize| twist.fixed_rows::<3>(i).norm_squared();
         let variance = self.timing_sigma_s * self.timing_sigma_s;
-        let [a, v] = [0, 3].map(|i| square(i) * variance);
+        let a = square(0) * variance + self.floor_rad.powi(2);
+        let v = square(3) * variance + (self.floor_rad * mean_range).powi(2);
         Matrix6::from_diagonal(&Vector6::new(a, a, a, v, v, v))
     }
 }
