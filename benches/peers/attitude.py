@@ -3,12 +3,15 @@
 python benches/peers/attitude.py FOLDER      FOLDER holds broad-a
 python benches/peers/attitude.py --speed     a million samples at once, beside vqf
 
-vqf, imufusion, ahrs and scipy come from PyPI; whichever is missing is left out and named.
+vqf, imufusion, ahrs and scipy come from PyPI; whichever is missing is left out and named. Rows
+"published" are the errors of Madgwick and Mahony in published_rmse.csv of the folder: with one gain
+for all trials, and with each trial's best gain.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import importlib
 import time
 from collections.abc import Callable
@@ -138,17 +141,45 @@ def main() -> None:
     if arguments.speed or arguments.folder is None:
         speed()
         return
-    loaded = trials(arguments.folder)
+    table(arguments.folder)
+
+
+def published(folder: Path, names: list[str]) -> dict[str, list[float]]:
+    """Total errors of the trials by method, degrees, as published with the benchmark."""
+    with (folder / "published_rmse.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    found: dict[str, list[float]] = {}
+    for method in ("madgwick", "mahony"):
+        for gain, column in [("one gain", "_at_TAGP"), ("best gain", "_best")]:
+            own = {
+                row["trial"]: float(row["total_rmse_deg" + column])
+                for row in rows
+                if row["algorithm"] == method
+            }
+            found[f"{method}, {gain}"] = [own[name] for name in names]
+    return found
+
+
+def table(folder: Path) -> None:
+    """Errors of every method on every trial; at last ours over vqf, trial by trial."""
+    loaded = trials(folder)
+    totals: dict[str, list[float]] = {}
+    print("columns: total (heading/inclination) RMSE, deg, of", ", ".join(loaded))
     for name, method in METHODS.items():
-        rows = []
         try:
             rows = [rmse_deg(method(trial), trial) for trial in loaded.values()]
         except ModuleNotFoundError as error:
             print(f"{name}: left out, {error.name} is not installed")
             continue
+        totals[name] = [row[0] for row in rows]
         texts = [f"{total:.2f} ({heading:.2f}/{tilt:.2f})" for total, heading, tilt in rows]
-        print(f"{name:22s} mean {np.mean([r[0] for r in rows]):.3f} deg: " + "  ".join(texts))
-    print("columns: total (heading/inclination) RMSE, deg, of", ", ".join(loaded))
+        print(f"{name:22s} mean {np.mean(totals[name]):.3f} deg: " + "  ".join(texts))
+    for method, errors in published(folder, list(loaded)).items():
+        texts = [f"{error:.2f}" for error in errors]
+        print(f"published {method:20s} mean {np.mean(errors):.3f} deg: " + "  ".join(texts))
+    if "vqf" in totals:
+        ratios = np.divide(totals["ours"], totals["vqf"])
+        print(f"ours / vqf: at most {ratios.max():.3f}: " + "  ".join(f"{r:.3f}" for r in ratios))
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ __all__ = [
     "Frame",
     "FrameIterator",
     "ImuBiasEstimator",
+    "ImuBiasRun",
     "ImuBiasState",
     "Information",
     "NavigationFilter",
@@ -966,7 +967,11 @@ class VelocityBiasEstimator:
         forget_s: float = 3.0,
         linear_sigma: float = 0.01,
         angular_sigma: float = 1e-3,
+        linear_bias_sigma: float = 3.0,
+        angular_bias_sigma: float = 0.2,
         max_width: int = 160,
+        readout_s: float = 0.0,
+        timing_sigma_s: float = 0.0,
     ) -> VelocityBiasEstimator: ...
     def step(
         self,
@@ -999,6 +1004,24 @@ class ImuBiasState:
     def reason(self) -> str | None: ...
 
 @final
+class ImuBiasRun:
+    @property
+    def sample(self) -> NDArray[np.int64]: ...
+    @property
+    def velocity_m_s(self) -> _Floats: ...
+    @property
+    def gravity_m_s2(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def accel_bias(self) -> _Floats: ...
+    @property
+    def status(self) -> list[_ObserverStatus]: ...
+    @property
+    def reason(self) -> list[str | None]: ...
+    def __len__(self) -> int: ...
+
+@final
 class ImuBiasEstimator:
     def __new__(
         cls,
@@ -1006,12 +1029,12 @@ class ImuBiasEstimator:
         *,
         gravity_m_s2: float = 9.81,
         field_dot_down: float | None = None,
-        gyro_sigma_rad_s: float = 2.5e-3,
-        accel_sigma_m_s2: float = 0.03,
-        gyro_walk: float = 1e-5,
-        accel_walk: float = 3e-4,
-        gyro_bias_sigma: float = 0.05,
-        accel_bias_sigma: float = 0.3,
+        gyro_sigma_rad_s: float | None = None,
+        accel_sigma_m_s2: float | None = None,
+        gyro_walk: float | None = None,
+        accel_walk: float | None = None,
+        gyro_bias_sigma: float | None = None,
+        accel_bias_sigma: float | None = None,
     ) -> ImuBiasEstimator: ...
     def step(
         self,
@@ -1026,6 +1049,21 @@ class ImuBiasEstimator:
         mean: bool = False,
         dt_s: float,
     ) -> ImuBiasState: ...
+    def run(
+        self,
+        stamp_ns: ArrayLike,
+        gyro_rad_s: ArrayLike,
+        accel_m_s2: ArrayLike,
+        velocity_m_s: ArrayLike,
+        angular_rad_s: ArrayLike | None = None,
+        mag_ut: ArrayLike | None = None,
+        *,
+        velocity_sigma: float = 0.01,
+        angular_sigma: float = 5e-3,
+        mean: bool = False,
+        smooth: bool = False,
+        loops: int = 1,
+    ) -> ImuBiasRun: ...
     @property
     def state(self) -> ImuBiasState: ...
     @property

@@ -2,6 +2,7 @@
 
 from sphereflow._native import (
     ImuBiasEstimator,
+    ImuBiasRun,
     ImuBiasState,
     VelocityBiasEstimator,
     VelocityBiasState,
@@ -12,6 +13,7 @@ from sphereflow._native import (
 
 __all__ = [
     "ImuBiasEstimator",
+    "ImuBiasRun",
     "ImuBiasState",
     "VelocityBiasEstimator",
     "VelocityBiasState",

@@ -112,3 +112,54 @@ def test_cli_calibrations_of_a_simulated_recording(tmp_path: Path) -> None:
     found = json.loads(result.stdout)
     assert abs(found["quat_xyzw"][3]) > 0.999
     assert abs(found["time_offset_s"]) < 0.005
+
+
+def swaying(seconds: float) -> dict[str, np.ndarray]:
+    """Readings of a sensor that sways at one place: gyro, specific force, velocities (y down)."""
+    stamp_ns = np.arange(int(seconds * 200)) * 5_000_000
+    t = stamp_ns * 1e-9
+    rng = np.random.default_rng(3)
+    roll = 0.8 * np.sin(0.9 * t)  # about z, then about x in the body
+    pitch = 0.6 * np.sin(0.7 * t + 1)
+    roll_rate, pitch_rate = 0.72 * np.cos(0.9 * t), 0.42 * np.cos(0.7 * t + 1)
+    # world_from_body = Rz(roll) Rx(pitch)
+    gyro = np.stack([pitch_rate, roll_rate * np.sin(pitch), roll_rate * np.cos(pitch)], 1)
+    up_after_roll = -9.81 * np.stack([np.sin(roll), np.cos(roll), 0 * t], 1)
+    x, y = up_after_roll[:, 0], up_after_roll[:, 1]
+    accel = np.stack([x, y * np.cos(pitch), -y * np.sin(pitch)], 1)
+    velocity = np.full((len(t), 3), np.nan)
+    velocity[::7] = rng.normal(scale=0.005, size=(len(t[::7]), 3))
+    return {
+        "stamp_ns": stamp_ns,
+        "gyro_rad_s": gyro
+        + np.array([0.01, -0.008, 0.012])
+        + rng.normal(scale=2e-3, size=gyro.shape),
+        "accel_m_s2": accel
+        + np.array([0.07, -0.02, -0.1])
+        + rng.normal(scale=0.03, size=gyro.shape),
+        "velocity_m_s": velocity,
+        "angular_rad_s": gyro + rng.normal(scale=2e-3, size=gyro.shape),
+    }
+
+
+def test_imu_bias_of_a_recording_forward_smoothed_and_in_loops() -> None:
+    recording = swaying(30.0)
+    true_accel = np.array([0.07, -0.02, -0.1])
+    forward = ImuBiasEstimator().run(**recording, velocity_sigma=0.005)
+    smooth = ImuBiasEstimator().run(**recording, velocity_sigma=0.005, smooth=True)
+    assert len(forward) == len(recording["stamp_ns"])
+    assert len(smooth) == len(recording["stamp_ns"][::7])
+    np.testing.assert_array_equal(smooth.sample[:3], [0, 7, 14])
+    assert np.linalg.norm(forward.accel_bias[-1] - true_accel) < 0.02
+    # The smoother knows at the start what the filter knows at the end.
+    assert np.linalg.norm(smooth.accel_bias[2] - true_accel) < 0.02
+    assert np.linalg.norm(forward.accel_bias[14] - true_accel) > 0.05
+    observer = ImuBiasEstimator("observer")
+    once = observer.run(**recording).accel_bias[-1] - true_accel
+    often = ImuBiasEstimator("observer").run(**recording, loops=15).accel_bias[-1] - true_accel
+    assert np.linalg.norm(often) < np.linalg.norm(once)
+    assert smooth.status[-1] == "ok"
+    with pytest.raises(sf.ShapeError, match="accel_m_s2"):
+        ImuBiasEstimator().run(**{**recording, "accel_m_s2": [[0, 0, 0]]})
+    with pytest.raises(sf.ValueRangeError, match="loops"):
+        ImuBiasEstimator().run(**recording, loops=0)

@@ -10,11 +10,13 @@ pub mod calibration;
 mod checks;
 mod error;
 pub mod imu_bias;
+mod imu_noise;
 pub mod navigation;
 mod status;
 pub mod velocity_bias;
 
 pub use error::Error;
+pub use imu_noise::reading_sigma;
 pub use status::{Reason, Sensor, Status};
 
 /// Result of the crate's fallible calls.

@@ -1,7 +1,8 @@
 //! `AttitudeFilter` and `VisualAttitude`: attitude from inertial samples and from vision.
 
-use crate::arrays::{floats, stamps, vectors3};
+use crate::arrays::{floats, stamps};
 use crate::errors::{IntoPython, Kind, core_error, exception};
+use crate::observers::array1;
 use nalgebra::{UnitQuaternion, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -50,7 +51,7 @@ impl PyAttitudeState {
     /// To be subtracted from the gyro, rad/s, (3,).
     #[getter]
     fn gyro_bias<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.0.gyro_bias_rad_s.as_slice())
+        array1(py, &self.0.gyro_bias_rad_s)
     }
 
     /// 'starting', 'ok', 'weak' or 'skipped'.
@@ -237,11 +238,16 @@ impl PyAttitudeFilter {
         mag_ut: Option<&Bound<'_, PyAny>>,
         stamp_ns: &Bound<'_, PyAny>,
     ) -> PyResult<PyAttitudeRun> {
-        let gyro = vectors3(gyro_rad_s, "gyro_rad_s")?;
-        let accel = vectors3(accel_m_s2, "accel_m_s2")?;
-        let mag = mag_ut.map(|m| vectors3(m, "mag_ut")).transpose()?;
+        let rows = |value, name| floats(value, name, &[None, Some(3)]);
+        let gyro = rows(gyro_rad_s, "gyro_rad_s")?;
+        let accel = rows(accel_m_s2, "accel_m_s2")?;
+        let mag = mag_ut.map(|m| rows(m, "mag_ut")).transpose()?;
         let stamps = stamps(stamp_ns, "stamp_ns")?;
-        py.detach(|| self.0.run(&gyro, &accel, mag.as_deref(), &stamps))
+        let (gyro, accel) = (gyro.as_slice()?, accel.as_slice()?);
+        let mag = mag.as_ref().map(|m| m.as_slice()).transpose()?;
+        let (gyro, accel) = (gyro.as_chunks::<3>().0, accel.as_chunks::<3>().0);
+        let mag = mag.map(|m| m.as_chunks::<3>().0);
+        py.detach(|| self.0.run(gyro, accel, mag, &stamps))
             .into_python()
             .map(PyAttitudeRun)
     }

@@ -10,6 +10,7 @@ mod errors;
 mod flow;
 mod frame;
 mod grid;
+mod imu_bias;
 mod information;
 mod navigation;
 mod observers;
@@ -51,13 +52,13 @@ mod _native {
     #[pymodule_export]
     use crate::grid::PySphereGrid;
     #[pymodule_export]
+    use crate::imu_bias::{PyImuBiasEstimator, PyImuBiasRun, PyImuBiasState};
+    #[pymodule_export]
     use crate::information::{PyInformation, py_information};
     #[pymodule_export]
     use crate::navigation::{PyNavigationFilter, PyNavigationState};
     #[pymodule_export]
-    use crate::observers::{
-        PyImuBiasEstimator, PyImuBiasState, PyVelocityBiasEstimator, PyVelocityBiasState,
-    };
+    use crate::observers::{PyVelocityBiasEstimator, PyVelocityBiasState};
     #[pymodule_export]
     use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
     #[pymodule_export]

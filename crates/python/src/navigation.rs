@@ -3,7 +3,7 @@
 use crate::arrays::floats;
 use crate::attitude::{reason_text, vector3, xyzw};
 use crate::errors::IntoPython;
-use crate::observers::{covariance3, square};
+use crate::observers::{array1, covariance3, square};
 use crate::trajectory::pose_from;
 use nalgebra::{Matrix6, Vector6};
 use numpy::{PyArray1, PyArray2};
@@ -34,7 +34,7 @@ impl PyNavigationState {
     /// Position of the body in the world, m, (3,).
     #[getter]
     fn position_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.0.nominal.world_from_body.translation.as_slice())
+        array1(py, &self.0.nominal.world_from_body.translation)
     }
 
     /// Attitude, world from body, (4,).
@@ -53,19 +53,19 @@ impl PyNavigationState {
     /// Velocity, world frame, m/s, (3,).
     #[getter]
     fn velocity_m_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.0.nominal.velocity_m_s.as_slice())
+        array1(py, &self.0.nominal.velocity_m_s)
     }
 
     /// To be subtracted from the gyro, rad/s, (3,).
     #[getter]
     fn gyro_bias<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.0.nominal.gyro_bias_rad_s.as_slice())
+        array1(py, &self.0.nominal.gyro_bias_rad_s)
     }
 
     /// To be subtracted from the accelerometer, m/s^2, (3,).
     #[getter]
     fn accel_bias<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.0.nominal.accel_bias_m_s2.as_slice())
+        array1(py, &self.0.nominal.accel_bias_m_s2)
     }
 
     /// Covariance [theta, velocity, position, gyro bias, accelerometer bias], (15, 15); world frame

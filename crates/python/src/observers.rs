@@ -1,4 +1,4 @@
-//! `VelocityBiasEstimator` and `ImuBiasEstimator`: biases from images and from velocities.
+//! `VelocityBiasEstimator`: biases of velocities from images.
 
 use crate::arrays::{floats, metres};
 use crate::attitude::{reason_text, unknown, vector3};
@@ -8,9 +8,6 @@ use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_core::{DepthMap, RangeMap};
-use sphereflow_observers::imu_bias::{
-    ImuBiasConfig, ImuBiasEstimator, ImuBiasMethod, ImuBiasState, VelocityMeasurement,
-};
 use sphereflow_observers::velocity_bias::{
     BiasMethod, FixedGains, ImageVelocity, VelocityBiasConfig, VelocityBiasEstimator,
     VelocityBiasState,
@@ -100,6 +97,15 @@ impl PyVelocityBiasState {
 ///     Time constant with which the information form forgets.
 /// linear_sigma, angular_sigma : float
 ///     Standard deviations of one measured velocity, m/s and rad/s.
+/// linear_bias_sigma, angular_bias_sigma : float
+///     Standard deviations of the biases at the start: of a calibrated gyro rather 0.05 rad/s.
+/// max_width : int
+///     Images are binned until they are at most this wide.
+/// readout_s : float
+///     Seconds from the first row of an image to the last: 0 for a global shutter, about 0.03 for a
+///     Kinect.
+/// timing_sigma_s : float
+///     How well stamps of images and velocities agree, seconds.
 #[pyclass(name = "VelocityBiasEstimator", module = "sphereflow.observers")]
 pub struct PyVelocityBiasEstimator {
     inner: VelocityBiasEstimator,
@@ -111,7 +117,9 @@ impl PyVelocityBiasEstimator {
     #[new]
     #[pyo3(signature = (camera, method = "information", *, k_field = 2.0, k_v = 1e-2,
         k_omega = 1e-5, lambda_y = 1.0, lambda_d = 5000.0, rate_per_s = 1.0, forget_s = 3.0,
-        linear_sigma = 0.01, angular_sigma = 1e-3, max_width = 160))]
+        linear_sigma = 0.01, angular_sigma = 1e-3,
+        linear_bias_sigma = 3.0, angular_bias_sigma = 0.2, max_width = 160, readout_s = 0.0,
+        timing_sigma_s = 0.0))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         camera: &PyCamera,
@@ -125,7 +133,11 @@ impl PyVelocityBiasEstimator {
         forget_s: f64,
         linear_sigma: f64,
         angular_sigma: f64,
+        linear_bias_sigma: f64,
+        angular_bias_sigma: f64,
         max_width: usize,
+        readout_s: f64,
+        timing_sigma_s: f64,
     ) -> PyResult<Self> {
         let method = match method {
             "information" => BiasMethod::Information,
@@ -149,7 +161,11 @@ impl PyVelocityBiasEstimator {
             forget_s,
             linear_sigma,
             angular_sigma,
+            linear_bias_sigma,
+            angular_bias_sigma,
             max_width,
+            readout_s,
+            timing_sigma_s,
             ..VelocityBiasConfig::default()
         };
         Ok(Self {
@@ -205,185 +221,6 @@ impl PyVelocityBiasEstimator {
     #[getter]
     fn state(&self) -> PyVelocityBiasState {
         PyVelocityBiasState(self.inner.state())
-    }
-}
-
-/// What is known of the IMU's biases after a sample; body frame.
-#[pyclass(name = "ImuBiasState", module = "sphereflow.observers", frozen)]
-pub struct PyImuBiasState(ImuBiasState);
-
-#[pymethods]
-impl PyImuBiasState {
-    /// Velocity, m/s, (3,).
-    #[getter]
-    fn velocity_m_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        array1(py, &self.0.velocity_m_s)
-    }
-
-    /// Gravity itself (downwards), m/s^2, (3,).
-    #[getter]
-    fn gravity_m_s2<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        array1(py, &self.0.gravity_m_s2)
-    }
-
-    /// To be subtracted from the gyro, rad/s, (3,).
-    #[getter]
-    fn gyro_bias<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        array1(py, &self.0.gyro_bias_rad_s)
-    }
-
-    /// To be subtracted from the accelerometer, m/s^2, (3,).
-    #[getter]
-    fn accel_bias<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        array1(py, &self.0.accel_bias_m_s2)
-    }
-
-    /// Covariance [velocity, gravity, gyro bias, accelerometer bias], (12, 12); None for the observer.
-    #[getter]
-    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let matrix = self.0.covariance;
-        matrix.map(|m| square(py, m.as_slice(), 12)).transpose()
-    }
-
-    /// 'starting', 'ok', 'weak' or 'skipped'.
-    #[getter]
-    fn status(&self) -> &'static str {
-        self.0.status.name()
-    }
-
-    /// Why, where the status is not 'ok'.
-    #[getter]
-    fn reason(&self) -> Option<String> {
-        reason_text(self.0.status.reason())
-    }
-}
-
-/// Biases of gyro and accelerometer, gravity and velocity from velocities measured in images (the
-/// thesis's Chapter 7).
-///
-/// Parameters
-/// ----------
-/// method : {'ekf', 'observer'}
-///     An extended Kalman filter, or the thesis's observer (7.4).
-/// gravity_m_s2 : float
-///     Local norm of gravity.
-/// field_dot_down : float or None
-///     Scalar product of the unit vectors of magnetic field and gravity (the sine of the dip);
-///     None: the magnetometer is not used.
-/// gyro_sigma_rad_s, accel_sigma_m_s2 : float
-///     Standard deviations of one reading.
-/// gyro_walk, accel_walk : float
-///     How the biases wander, rad/s/sqrt(s), m/s^2/sqrt(s).
-/// gyro_bias_sigma, accel_bias_sigma : float
-///     Standard deviations of the biases at the start.
-#[pyclass(name = "ImuBiasEstimator", module = "sphereflow.observers")]
-pub struct PyImuBiasEstimator(ImuBiasEstimator);
-
-#[pymethods]
-impl PyImuBiasEstimator {
-    #[new]
-    #[pyo3(signature = (method = "ekf", *, gravity_m_s2 = 9.81, field_dot_down = None,
-        gyro_sigma_rad_s = 2.5e-3, accel_sigma_m_s2 = 0.03, gyro_walk = 1e-5, accel_walk = 3e-4,
-        gyro_bias_sigma = 0.05, accel_bias_sigma = 0.3))]
-    #[allow(clippy::too_many_arguments)]
-    fn new(
-        method: &str,
-        gravity_m_s2: f64,
-        field_dot_down: Option<f64>,
-        gyro_sigma_rad_s: f64,
-        accel_sigma_m_s2: f64,
-        gyro_walk: f64,
-        accel_walk: f64,
-        gyro_bias_sigma: f64,
-        accel_bias_sigma: f64,
-    ) -> PyResult<Self> {
-        let method = match method {
-            "ekf" => ImuBiasMethod::Ekf,
-            "observer" => ImuBiasMethod::Observer,
-            other => return Err(unknown("method", "'ekf' or 'observer'", other)),
-        };
-        let config = ImuBiasConfig {
-            method,
-            gravity_m_s2,
-            field_dot_down,
-            gyro_sigma_rad_s,
-            accel_sigma_m_s2,
-            gyro_walk,
-            accel_walk,
-            gyro_bias_sigma,
-            accel_bias_sigma,
-            ..ImuBiasConfig::default()
-        };
-        ImuBiasEstimator::new(config).into_python().map(Self)
-    }
-
-    /// One sample, body frame.
-    ///
-    /// Parameters
-    /// ----------
-    /// gyro_rad_s, accel_m_s2 : array_like, (3,)
-    ///     Angular rate; specific force.
-    /// velocity_m_s, angular_rad_s : array_like, (3,), or None
-    ///     Velocities from images at this instant.
-    /// velocity_sigma, angular_sigma : float
-    ///     Their standard deviations, m/s and rad/s.
-    /// mag_ut : array_like, (3,), or None
-    ///     Magnetic field, any unit.
-    /// mean : bool
-    ///     The velocities are means since the ones before (of two images), not of the instant.
-    /// dt_s : float
-    ///     Seconds since the sample before.
-    #[pyo3(signature = (gyro_rad_s, accel_m_s2, velocity_m_s = None, angular_rad_s = None,
-        mag_ut = None, *, velocity_sigma = 0.01, angular_sigma = 5e-3, mean = false, dt_s))]
-    #[allow(clippy::too_many_arguments)]
-    fn step(
-        &mut self,
-        gyro_rad_s: &Bound<'_, PyAny>,
-        accel_m_s2: &Bound<'_, PyAny>,
-        velocity_m_s: Option<&Bound<'_, PyAny>>,
-        angular_rad_s: Option<&Bound<'_, PyAny>>,
-        mag_ut: Option<&Bound<'_, PyAny>>,
-        velocity_sigma: f64,
-        angular_sigma: f64,
-        mean: bool,
-        dt_s: f64,
-    ) -> PyResult<PyImuBiasState> {
-        let gyro = vector3(gyro_rad_s, "gyro_rad_s")?;
-        let accel = vector3(accel_m_s2, "accel_m_s2")?;
-        let angular = angular_rad_s
-            .map(|v| vector3(v, "angular_rad_s"))
-            .transpose()?;
-        let linear = velocity_m_s
-            .map(|v| vector3(v, "velocity_m_s"))
-            .transpose()?;
-        let mag = mag_ut.map(|v| vector3(v, "mag_ut")).transpose()?;
-        let velocity = linear.map(|linear| VelocityMeasurement {
-            linear_m_s: linear,
-            linear_covariance: Matrix3::identity() * (velocity_sigma * velocity_sigma),
-            angular_rad_s: angular,
-            angular_covariance: Matrix3::identity() * (angular_sigma * angular_sigma),
-            is_mean: mean,
-            is_mean_angular: mean,
-        });
-        let state = self
-            .0
-            .step(&gyro, &accel, velocity.as_ref(), mag.as_ref(), dt_s);
-        Ok(PyImuBiasState(state))
-    }
-
-    /// The state after the last sample.
-    #[getter]
-    fn state(&self) -> PyImuBiasState {
-        PyImuBiasState(self.0.state())
-    }
-
-    /// Directions of the body along which gravity and the accelerometer's bias are not told apart
-    /// by the motion so far, (K, 3): Proposition 7.
-    #[getter]
-    fn blind_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let directions = self.0.excitation().blind_directions();
-        let flat: Vec<f64> = directions.iter().flat_map(|d| d.iter().copied()).collect();
-        PyArray1::from_vec(py, flat).reshape([directions.len(), 3])
     }
 }
 

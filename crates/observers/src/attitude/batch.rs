@@ -41,17 +41,17 @@ impl AttitudeRun {
 }
 
 impl AttitudeFilter {
-    /// All samples in order, going on from the present state. Time steps are the differences of the
+    /// All samples (vectors or arrays of three) in order, going on from the present state. Time steps are the differences of the
     /// stamps; that of the first sample is the second's. A row of `mag` that is all NaN means no
     /// reading at that instant, a stamp that does not increase is a skipped sample.
     ///
     /// # Errors
     /// [`Error::Shape`] where the lengths differ.
-    pub fn run(
+    pub fn run<T: Copy + Into<Vector3<f64>>>(
         &mut self,
-        gyro: &[Vector3<f64>],
-        accel: &[Vector3<f64>],
-        mag: Option<&[Vector3<f64>]>,
+        gyro: &[T],
+        accel: &[T],
+        mag: Option<&[T]>,
         stamps: &[Stamp],
     ) -> Result<AttitudeRun> {
         let count = stamps.len();
@@ -81,9 +81,9 @@ impl AttitudeFilter {
                 last = Some(stamps[i]);
             }
             let mag = mag
-                .map(|mag| &mag[i])
+                .map(|mag| -> Vector3<f64> { mag[i].into() })
                 .filter(|m| !m.iter().all(|v| v.is_nan()));
-            run.push(&self.step(&gyro[i], &accel[i], mag, dt_s));
+            run.push(&self.step(&gyro[i].into(), &accel[i].into(), mag.as_ref(), dt_s));
         }
         Ok(run)
     }

@@ -37,6 +37,8 @@ pub struct InertialFilter {
     strapdown: UnitQuaternion<f64>,
     /// The correction of the inclination: level frame from the inertial one.
     level: UnitQuaternion<f64>,
+    /// Both: the level frame from the body.
+    levelled: UnitQuaternion<f64>,
     /// Heading of the level frame in the earth frame, rad.
     heading: f64,
     accel_low_pass: LowPass<3>,
@@ -56,6 +58,7 @@ impl InertialFilter {
             table: table(config, 0.01),
             strapdown: UnitQuaternion::identity(),
             level: UnitQuaternion::identity(),
+            levelled: UnitQuaternion::identity(),
             heading: 0.0,
             accel_low_pass: LowPass::new(),
             rest: RestDetector::new(),
@@ -71,6 +74,7 @@ impl InertialFilter {
     pub fn turn(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
         let step = small_turn(&((gyro - self.bias.bias()) * dt_s));
         self.strapdown = renormalised(self.strapdown.quaternion() * step.quaternion());
+        self.levelled = self.level * self.strapdown;
         self.since_mag_s += dt_s;
     }
 
@@ -95,6 +99,7 @@ impl InertialFilter {
             Vector3::z()
         };
         self.level = renormalised(tilt_to_up(&up).into_inner() * self.level.quaternion());
+        self.levelled = self.level * self.strapdown;
         let at_rest = may_rest && self.rest.is_at_rest();
         self.estimate_bias(&up, at_rest, clip, dt_s);
     }
@@ -107,7 +112,7 @@ impl InertialFilter {
         let noise = &table.noise;
         self.bias.grow(noise);
         if config.motion_bias {
-            let rotation = (self.level * self.strapdown).to_rotation_matrix();
+            let rotation = self.levelled.to_rotation_matrix();
             self.bias.follow(rotation.matrix(), &table.accel);
         }
         if at_rest && config.rest_bias {
@@ -122,7 +127,7 @@ impl InertialFilter {
     /// less often than steps.
     pub fn magnetic(&mut self, mag: &Vector3<f64>) {
         let dt_s = self.since_mag_s;
-        let earth = self.level * (self.strapdown * mag);
+        let earth = self.levelled * mag;
         if dt_s <= 0.0 || earth.norm() < 1e-12 {
             return;
         }
@@ -163,7 +168,7 @@ impl InertialFilter {
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         let (sin, cos) = (0.5 * self.heading).sin_cos();
         let heading = Quaternion::new(cos, 0.0, 0.0, sin);
-        renormalised(heading * self.level.quaternion() * self.strapdown.quaternion())
+        renormalised(heading * self.levelled.quaternion())
     }
 
     /// The gyro's bias and its standard deviation, rad/s.

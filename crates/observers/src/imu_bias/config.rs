@@ -3,6 +3,7 @@
 use super::observer::ObserverGains;
 use crate::Result;
 use crate::error::positive;
+use crate::imu_noise;
 
 /// Which estimator answers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,11 +58,11 @@ impl Default for ImuBiasConfig {
             gravity_sigma_m_s2: 0.005,
             field_dot_down: None,
             field_sigma: 0.02,
-            gyro_sigma_rad_s: 2.5e-3,
-            accel_sigma_m_s2: 0.03,
-            gyro_walk: 1e-5,
-            accel_walk: 3e-4,
-            gyro_bias_sigma: 0.05,
+            gyro_sigma_rad_s: imu_noise::gyro_sigma(),
+            accel_sigma_m_s2: imu_noise::accel_sigma(),
+            gyro_walk: imu_noise::GYRO_WALK,
+            accel_walk: imu_noise::ACCEL_WALK,
+            gyro_bias_sigma: 0.1,
             accel_bias_sigma: 0.3,
             gate: 30.0,
             max_gap_s: 0.5,

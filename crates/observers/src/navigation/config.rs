@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::error::positive;
+use crate::imu_noise;
 use nalgebra::Vector3;
 use sphereflow_core::{Error, Pose};
 
@@ -45,10 +46,10 @@ impl Default for NavigationConfig {
         Self {
             gravity_m_s2: Vector3::new(0.0, 9.81, 0.0),
             body_from_camera: Pose::identity(),
-            gyro_sigma_rad_s: 2.5e-3,
-            accel_sigma_m_s2: 0.03,
-            gyro_walk: 2e-5,
-            accel_walk: 5e-4,
+            gyro_sigma_rad_s: imu_noise::gyro_sigma(),
+            accel_sigma_m_s2: imu_noise::accel_sigma(),
+            gyro_walk: imu_noise::GYRO_WALK,
+            accel_walk: imu_noise::ACCEL_WALK,
             gyro_bias_sigma: 0.03,
             accel_bias_sigma: 0.2,
             mag_heading_sigma_rad: 0.2,

@@ -34,6 +34,8 @@ pub struct NavigationFilter {
     anchored: bool,
     field: Option<Vector3<f64>>,
     last_mag: Option<Stamp>,
+    /// When the field was last another than the reference.
+    disturbed: Option<Stamp>,
     /// First rejected pose since the last good one.
     rejected_since: Option<Stamp>,
     mean_accel: f64,
@@ -51,8 +53,11 @@ const VELOCITY_SIGMA: f64 = 1.0;
 const COASTING_S: f64 = 0.2;
 /// Magnetometer readings closer than this are left out: their errors are the same, seconds.
 const MAG_SPACING_S: f64 = 0.1;
-/// Relative change of the field's norm that is a disturbance.
-const FIELD_NORM: f64 = 0.15;
+/// Relative change of the field's norm, and change of its dip, that are a disturbance.
+const FIELD_NORM: f64 = 0.1;
+const FIELD_DIP_RAD: f64 = 0.17;
+/// After a disturbance the field must be itself for so long before it is believed, seconds.
+const CALM_S: f64 = 0.5;
 /// After a flaw the status says so for this long, seconds.
 const LASTING_S: f64 = 1.0;
 /// Time constant of the accelerometer's mean norm, in readings.
@@ -69,6 +74,7 @@ impl NavigationFilter {
             anchored: false,
             field: None,
             last_mag: None,
+            disturbed: None,
             rejected_since: None,
             mean_accel: config.gravity_m_s2.norm(),
             lasting: None,
@@ -129,7 +135,13 @@ impl NavigationFilter {
             self.field = Some(rotation * mag_ut);
             return Status::Starting(Reason::NoData);
         };
-        if (mag_ut.norm() / reference.norm() - 1.0).abs() > FIELD_NORM {
+        let rotation = history.before(stamp).nominal.world_from_body.rotation;
+        if !self.is_same_field(&(rotation * mag_ut), &reference) {
+            self.disturbed = Some(stamp);
+            return Status::Skipped(Reason::MagneticDisturbance);
+        }
+        let calm = |since: Stamp| stamp.seconds_since(since) >= CALM_S;
+        if !self.disturbed.is_none_or(calm) {
             return Status::Skipped(Reason::MagneticDisturbance);
         }
         if self
@@ -140,6 +152,15 @@ impl NavigationFilter {
         }
         self.last_mag = Some(stamp);
         self.measure(stamp, Measurement::Mag(*mag_ut, reference))
+    }
+
+    /// Norm and dip of a field in the world are those of the reference: what tells a magnet nearby
+    /// from the Earth's field without the heading.
+    fn is_same_field(&self, field: &Vector3<f64>, reference: &Vector3<f64>) -> bool {
+        let down = self.config.gravity_m_s2;
+        let dip = |f: &Vector3<f64>| f.angle(&down);
+        (field.norm() / reference.norm() - 1.0).abs() <= FIELD_NORM
+            && (dip(field) - dip(reference)).abs() <= FIELD_DIP_RAD
     }
 
     /// Velocity of the camera in its own frame, m/s, with its covariance: from geometric flow.

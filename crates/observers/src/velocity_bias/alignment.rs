@@ -1,18 +1,19 @@
-//! Rows of a pair of images: every pixel's brightness and range against those of the image before,
+//! Rows of a pair of images: every pixel's brightness and range against those of a reference image,
 //! seen from where the de-biased velocities say the camera was.
 //!
-//! Thesis: eq. (5.3), integrated over the step: with `X1 = R X2 + p`, `(R, p) = exp([omega, v] dt)`,
+//! Thesis: eq. (5.3), integrated over time: with `X1 = R X2 + p`, (R, p) the motion between,
 //! `y2 = y1(X1)` and `|X1| = D1(X1)`. Slopes are those of the second image at its pixel centres, by
 //! differences that leave the pixel itself out: so the noise of slopes and residuals is not
 //! correlated, and however noisy the images are the estimate settles on the truth.
 
 use super::images::Images;
-use super::information::PairInformation;
+use super::information::PoseInformation;
+use super::references::Reference;
+use super::row_motion::RowMotion;
 use crate::Result;
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 use rayon::prelude::*;
 use sphereflow_core::{Plane, Pose};
-use sphereflow_sphere::lie::se3;
 use sphereflow_sphere::{Sampler, SphereGrid};
 
 /// Images with the slopes that alignment needs.
@@ -71,26 +72,31 @@ const NO_ROW: Row = Row {
     sensitivity: [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 2],
 };
 
-/// The normal equations of a pair warped with the twist `used` = [angular, linear], de-biased by
-/// `bias_used`; and the share of pixels with a row.
-pub fn align(
-    grid: &SphereGrid,
-    first: &Sloped,
-    second: &Sloped,
-    used: &Vector6<f64>,
-    bias_used: &Vector6<f64>,
-    dt_s: f64,
-) -> (PairInformation, f64) {
-    let motion = se3::exp(&(used * dt_s));
+/// A pair to align.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair<'a> {
+    /// Geometry of both images.
+    pub grid: &'a SphereGrid,
+    /// The image before, and how its rows moved.
+    pub reference: &'a Reference,
+    /// The image now.
+    pub image: &'a Sloped,
+    /// How its rows moved.
+    pub rows: RowMotion,
+}
+
+/// The normal equations of a pair at the motion `reference_from_image`, and the share of pixels with
+/// a row.
+pub fn align(pair: &Pair<'_>, motion: &Pose) -> (PoseInformation, f64) {
+    let (grid, first) = (pair.grid, &pair.reference.images);
     let width = grid.width();
     let mut rows = vec![NO_ROW; grid.rays().len()];
     rows.par_chunks_mut(width)
         .enumerate()
         .for_each(|(y, line)| {
-            let grey = sampler(grid, &first.images.grey);
-            let range = sampler(grid, &first.images.range);
+            let (grey, range) = (sampler(grid, &first.grey), sampler(grid, &first.range));
             for (x, row) in line.iter_mut().enumerate() {
-                if let Some(found) = pixel(grid, second, &motion, dt_s, (x, y), [&grey, &range]) {
+                if let Some(found) = pixel(pair, motion, (x, y), [&grey, &range]) {
                     *row = found;
                 }
             }
@@ -99,15 +105,14 @@ pub fn align(
         .iter()
         .filter(|row| row.residual[1].is_finite())
         .count();
-    let mut pair = PairInformation {
+    let mut found = PoseInformation {
         information: Matrix6::zeros(),
         gradient: Vector6::zeros(),
-        bias_used: *bias_used,
     };
     for kind in 0..2 {
-        add(&mut pair, &rows, kind, width);
+        add(&mut found, &rows, kind, width);
     }
-    (pair, count as f64 / rows.len().max(1) as f64)
+    (found, count as f64 / rows.len().max(1) as f64)
 }
 
 fn sampler<'a>(grid: &SphereGrid, image: &'a Plane<f32>) -> Sampler<'a> {
@@ -118,25 +123,38 @@ fn sampler<'a>(grid: &SphereGrid, image: &'a Plane<f32>) -> Sampler<'a> {
     }
 }
 
+/// Where a point of the reference's stamp is seen in its rows: pixel and position then.
+fn seen_in_rows(pair: &Pair<'_>, point: Vector3<f64>) -> Option<(Vector2<f64>, Vector3<f64>)> {
+    let camera = pair.grid.camera();
+    let mut at = camera.project(&point)?;
+    let rows = &pair.reference.rows;
+    if rows.is_still() {
+        return Some((at, point));
+    }
+    let mut then = point;
+    for _ in 0..2 {
+        then = rows.to_row(&point, at.y);
+        at = camera.project(&then)?;
+    }
+    Some((at, then))
+}
+
 fn pixel(
-    grid: &SphereGrid,
-    second: &Sloped,
+    pair: &Pair<'_>,
     motion: &Pose,
-    dt_s: f64,
     (x, y): (usize, usize),
     [grey, range]: [&Sampler<'_>; 2],
 ) -> Option<Row> {
+    let (grid, second) = (pair.grid, pair.image);
     let i = y * grid.width() + x;
     let own_range = f64::from(second.images.range.data()[i]);
     if !own_range.is_finite() {
         return None;
     }
-    let there = grid.ray(x, y) * own_range;
-    let turned = motion.rotation * there;
-    let here = turned + motion.translation;
+    let ray = grid.ray(x, y);
+    let there = pair.rows.to_stamp(&(ray * own_range), y as f64);
+    let (at, here) = seen_in_rows(pair, motion.rotation * there + motion.translation)?;
     let distance = here.norm();
-    let eta = here / distance;
-    let at = grid.camera().project(&here)?;
     let seen_range = f64::from(range.bicubic(&at));
     let residual_range = distance - seen_range;
     if residual_range.is_nan() || residual_range.abs() >= OTHER_SURFACE * seen_range {
@@ -146,29 +164,26 @@ fn pixel(
     // Sensitivities take the smooth range: the pixel's own noise in them would be correlated with
     // the residual, and a thousandth of a metre over one frame is centimetres per second.
     let smooth = f64::from(second.smooth_range.data()[i]);
-    let arm = grid.ray(x, y) * smooth;
-    // d here = -(turned x R d_omega) + R d_v, times dt
-    let back = motion.rotation.inverse();
-    let row = |slope: Vector3<f64>, along: f64| {
-        // dr = g . d here with the covector g in the first frame, carried to the second
-        let tangent = (slope - eta * eta.dot(&slope)) / smooth;
-        let g = back * (eta * along - tangent);
+    let arm = ray * smooth;
+    let eta = motion.rotation.inverse() * (here / distance);
+    // dr = g . (xi_omega x X + xi_v), all in the second frame
+    let row = |slope: &Vector3<f64>, along: f64| {
+        let g = eta * along - (slope - eta * eta.dot(slope)) / smooth;
         let by_omega = arm.cross(&g);
-        Vector6::new(by_omega.x, by_omega.y, by_omega.z, g.x, g.y, g.z) * dt_s
+        Vector6::new(by_omega.x, by_omega.y, by_omega.z, g.x, g.y, g.z)
     };
-    let carried = |slopes: &[Vector3<f64>]| motion.rotation * slopes[i];
     Some(Row {
         residual: [residual_grey, residual_range],
         sensitivity: [
-            row(carried(&second.grey_slope), 0.0),
-            row(carried(&second.range_slope), 1.0),
+            row(&second.grey_slope[i], 0.0),
+            row(&second.range_slope[i], 1.0),
         ],
     })
 }
 
 /// Add the rows of brightness (0) or range (1), weighted by their own robust scale. A brightness
 /// that all pixels share belongs to the exposure and is taken off.
-fn add(pair: &mut PairInformation, rows: &[Row], kind: usize, width: usize) {
+fn add(found: &mut PoseInformation, rows: &[Row], kind: usize, width: usize) {
     let usable =
         |row: &&Row| row.residual[kind].is_finite() && row.sensitivity[kind].sum().is_finite();
     let mut residuals: Vec<f64> = rows
@@ -199,8 +214,8 @@ fn add(pair: &mut PairInformation, rows: &[Row], kind: usize, width: usize) {
     };
     let parts: Vec<_> = rows.par_chunks(width).map(chunk).collect();
     for (information, gradient) in parts {
-        pair.information += information;
-        pair.gradient += gradient;
+        found.information += information;
+        found.gradient -= gradient;
     }
 }
 

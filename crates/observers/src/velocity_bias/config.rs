@@ -62,6 +62,11 @@ pub struct VelocityBiasConfig {
     pub linear_bias_sigma: f64,
     /// Of the angular bias at the start, rad/s.
     pub angular_bias_sigma: f64,
+    /// Time from the first row of an image to the last, seconds: 0 for a global shutter, negative
+    /// where the last row is the first.
+    pub readout_s: f64,
+    /// How well stamps of images and velocities agree, seconds (standard deviation).
+    pub timing_sigma_s: f64,
     /// Images are binned until they are at most this wide, pixels.
     pub max_width: usize,
     /// Part of the image, from its border inwards, over which the window falls to zero.
@@ -79,6 +84,8 @@ impl Default for VelocityBiasConfig {
             angular_sigma: 1e-3,
             linear_bias_sigma: 3.0,
             angular_bias_sigma: 0.2,
+            readout_s: 0.0,
+            timing_sigma_s: 0.0,
             max_width: 160,
             window_border: 0.15,
         }
@@ -113,6 +120,13 @@ impl VelocityBiasConfig {
             if !(value.is_finite() && value >= 0.0) {
                 return bad(name, "a finite number, 0 or above", value);
             }
+        }
+        if !(self.readout_s.is_finite() && self.readout_s.abs() <= 1.0) {
+            return bad("readout_s", "-1 to 1", self.readout_s);
+        }
+        if !(self.timing_sigma_s.is_finite() && self.timing_sigma_s >= 0.0) {
+            let expected = "a finite number, 0 or above";
+            return bad("timing_sigma_s", expected, self.timing_sigma_s);
         }
         if !(0.0..0.5).contains(&self.window_border) {
             return bad("window_border", "0 up to 0.5", self.window_border);

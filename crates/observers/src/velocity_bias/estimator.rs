@@ -1,10 +1,10 @@
 //! The estimator of velocity biases: images and measured velocities in, biases with a status out.
 
-use super::alignment::{Sloped, align};
+use super::alignment::Sloped;
 use super::config::{BiasMethod, VelocityBiasConfig};
 use super::images::Binning;
-use super::information::{BiasInformation, PairInformation};
 use super::observer::{FieldObserver, Gains, ImageVelocity};
+use super::tracking::Tracking;
 use super::window::Window;
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{Matrix6, Vector3, Vector6};
@@ -45,25 +45,12 @@ pub struct VelocityBiasEstimator {
 
 #[derive(Clone, Debug)]
 enum Estimator {
-    Information(Box<Information>),
+    Information(Box<Tracking>),
     Observer(Box<FieldObserver>),
 }
 
-/// The information form and the images before.
-#[derive(Clone, Debug)]
-struct Information {
-    sum: BiasInformation,
-    last: Option<Sloped>,
-    /// Linear velocity of the last pair, where none is measured.
-    own_v: Vector3<f64>,
-}
-
 /// Fewer pixels than this part of the image make no pair.
-const MIN_SHARE: f64 = 0.1;
-/// Warps of a pair, at most: one more while the step moves the image by more than [`SETTLED_RAD`].
-const MOST_WARPS: usize = 4;
-/// A step of the warp below this angle over the pair is not repeated: a tenth of a pixel at 160.
-const SETTLED_RAD: f64 = 5e-4;
+pub(super) const MIN_SHARE: f64 = 0.1;
 /// Square root of the smallest to the largest eigenvalue below which a direction is blind.
 const BLIND_SCORE: f64 = 0.01;
 
@@ -83,15 +70,9 @@ impl VelocityBiasEstimator {
             Ok(Estimator::Observer(Box::new(observer)))
         };
         let estimator = match config.method {
-            BiasMethod::Information => Estimator::Information(Box::new(Information {
-                sum: BiasInformation::new(
-                    [config.angular_bias_sigma, config.linear_bias_sigma],
-                    [config.angular_sigma, config.linear_sigma],
-                    config.forget_s,
-                ),
-                last: None,
-                own_v: Vector3::zeros(),
-            })),
+            BiasMethod::Information => {
+                Estimator::Information(Box::new(Tracking::new(&grid, &config)))
+            }
             BiasMethod::Observer => observer(Gains::Fixed(config.gains.k_omega, config.gains.k_v))?,
             BiasMethod::Normalised => observer(Gains::Normalised(config.rate_per_s))?,
         };
@@ -132,7 +113,10 @@ impl VelocityBiasEstimator {
     /// The state after the last images.
     pub fn state(&self) -> VelocityBiasState {
         let (bias, covariance, field_energy) = match &self.estimator {
-            Estimator::Information(i) => (i.sum.bias(), i.sum.covariance(), None),
+            Estimator::Information(i) => {
+                let known = i.knowledge();
+                (*known.bias(), Some(known.covariance()), None)
+            }
             Estimator::Observer(o) => (o.bias(), None, Some(o.field_energy())),
         };
         VelocityBiasState {
@@ -196,18 +180,11 @@ impl VelocityBiasEstimator {
                 self.seen += observer.gram() * dt_s;
             }
             Estimator::Information(information) => {
-                let next = Sloped::new(&self.grid, images)?;
-                let Some(last) = information.last.replace(next) else {
-                    return Ok(Status::Starting(Reason::NoData));
-                };
-                let (pair, share) = information.pair(&self.grid, &last, velocity, dt_s);
-                if share < MIN_SHARE {
-                    return Ok(Status::Skipped(Reason::FewPixels { share }));
+                let image = Sloped::new(&self.grid, images)?;
+                match information.step(&self.grid, image, velocity, self.mean_range, dt_s) {
+                    Ok(seen) => self.seen += seen,
+                    Err(status) => return Ok(status),
                 }
-                information
-                    .sum
-                    .push(&pair, velocity.linear_m_s.is_some(), dt_s);
-                self.seen += pair.information;
             }
         }
         Ok(match self.blind_directions().len() {
@@ -237,55 +214,5 @@ impl VelocityBiasEstimator {
             .filter(|i| eigen.eigenvalues[*i] <= BLIND_SCORE * BLIND_SCORE * largest)
             .map(|i| eigen.eigenvectors.column(i).into_owned())
             .collect()
-    }
-}
-
-impl Information {
-    /// The pair's normal equations at its own optimum: warped again while that moves the image.
-    fn pair(
-        &mut self,
-        grid: &SphereGrid,
-        last: &Sloped,
-        velocity: &ImageVelocity,
-        dt_s: f64,
-    ) -> (PairInformation, f64) {
-        let next = self.last.as_ref().unwrap_or(last);
-        let measured_v = velocity.linear_m_s;
-        let w = velocity.angular_rad_s;
-        let mut bias = self.sum.bias();
-        if measured_v.is_none() {
-            // The unknown velocity is its own bias, with a reading of zero.
-            bias.fixed_rows_mut::<3>(3).copy_from(&-self.own_v);
-        }
-        let v = measured_v.unwrap_or_default();
-        let measured = Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z);
-        let mut found = align(grid, last, next, &(measured - bias), &bias, dt_s);
-        for _ in 1..MOST_WARPS {
-            let Some(step) = found
-                .0
-                .information
-                .cholesky()
-                .map(|c| c.solve(&found.0.gradient))
-            else {
-                break;
-            };
-            let angle =
-                (step.fixed_rows::<3>(0).norm() + step.fixed_rows::<3>(3).norm() * 0.5) * dt_s;
-            if angle < SETTLED_RAD || !angle.is_finite() {
-                break;
-            }
-            bias += step;
-            found = align(grid, last, next, &(measured - bias), &bias, dt_s);
-        }
-        if measured_v.is_none() {
-            let solved = found
-                .0
-                .information
-                .cholesky()
-                .map(|c| c.solve(&found.0.gradient));
-            let step = solved.unwrap_or_else(Vector6::zeros);
-            self.own_v = -(bias + step).fixed_rows::<3>(3);
-        }
-        found
     }
 }

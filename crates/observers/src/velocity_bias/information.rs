@@ -1,98 +1,193 @@
-//! Biases as a sum of information over pairs of images, with forgetting.
+//! Pose since a reference image and the biases, as one Gaussian: images correct the pose, and what
+//! they correct it by, time after time, is the bias.
 //!
-//! It knows nothing of images: whoever makes rows of a pair (this crate's alignment of pixels, or
-//! the weak form of the geometric flow) hands over their normal equations. Order [angular, linear].
+//! It knows nothing of images: whoever aligns an image with its reference hands over normal
+//! equations. As long as the reference stays, the errors of alignments do not add up: the biases are
+//! as well known as the noise of the velocity readings allows. Order of twists [angular, linear].
 
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
+use sphereflow_core::Pose;
+use sphereflow_sphere::lie::se3;
 
-/// The normal equations of one pair for the error of the velocities: `information x = gradient`
-/// solves for `x = bias - bias_used` with exact velocity readings.
+/// The normal equations of an alignment: `information xi = gradient` for the missing twist of the
+/// pose, `pose exp(xi)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PairInformation {
+pub struct PoseInformation {
     /// `sum w s s'`.
     pub information: Matrix6<f64>,
-    /// `sum w s r`.
+    /// `-sum w s r`.
     pub gradient: Vector6<f64>,
-    /// The biases that the pair was warped with.
-    pub bias_used: Vector6<f64>,
 }
 
-/// The accumulated information.
+/// What is known of sensors and start, standard deviations [angular, linear].
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BiasPrior {
+    /// Of the biases at the start, rad/s and m/s.
+    pub start: [f64; 2],
+    /// Of one velocity reading, rad/s and m/s.
+    pub reading: [f64; 2],
+    /// Time constant of forgetting, seconds.
+    pub forget_s: f64,
+}
+
+/// Covariance of [pose error, bias error].
+type Matrix12 = SMatrix<f64, 12, 12>;
+
+/// The accumulated knowledge.
+#[derive(Clone, Debug, PartialEq)]
 pub struct BiasInformation {
-    information: Matrix6<f64>,
-    vector: Vector6<f64>,
-    forget_s: f64,
-    noise: Matrix6<f64>,
+    prior: BiasPrior,
+    pose: Pose,
+    bias: Vector6<f64>,
+    covariance: Matrix12,
+}
+
+/// Without a measured linear velocity the camera's own takes the bias's place (with a reading of
+/// zero), and changes by so much, m/s^2.
+const UNKNOWN_ACCEL: f64 = 5.0;
+
+fn squares([a, v]: [f64; 2]) -> Matrix6<f64> {
+    Matrix6::from_diagonal(&Vector6::new(a, a, a, v, v, v).map(|s| s * s))
 }
 
 impl BiasInformation {
-    /// Nothing known but standard deviations of biases at the start; `linear`, `angular` are the
-    /// standard deviations of one velocity reading: the reading's noise is common to all rows of a
-    /// pair.
-    pub fn new(start: [f64; 2], reading: [f64; 2], forget_s: f64) -> Self {
-        let diagonal = |[a, v]: [f64; 2]| Matrix6::from_diagonal(&Vector6::new(a, a, a, v, v, v));
+    /// At the reference, with nothing known of the biases but their size.
+    pub fn new(prior: BiasPrior) -> Self {
+        let mut covariance = Matrix12::zeros();
+        let mut corner = covariance.fixed_view_mut::<6, 6>(6, 6);
+        corner.copy_from(&squares(prior.start));
         Self {
-            information: diagonal(start.map(|s| 1.0 / (s * s))),
-            vector: Vector6::zeros(),
-            forget_s,
-            noise: diagonal(reading.map(|s| s * s)),
+            prior,
+            pose: Pose::identity(),
+            bias: Vector6::zeros(),
+            covariance,
         }
     }
 
-    /// The biases.
-    pub fn bias(&self) -> Vector6<f64> {
-        self.information
-            .cholesky()
-            .map_or_else(Vector6::zeros, |c| c.solve(&self.vector))
+    /// The pose, first reference from camera.
+    pub fn pose(&self) -> &Pose {
+        &self.pose
     }
 
-    /// Their covariance.
-    pub fn covariance(&self) -> Option<Matrix6<f64>> {
-        self.information.cholesky().map(|c| c.inverse())
+    /// The biases; the linear one is minus the velocity where none is measured.
+    pub fn bias(&self) -> &Vector6<f64> {
+        &self.bias
     }
 
-    /// Take in a pair, `dt_s` after the one before. `linear` is false where no linear velocity was
-    /// measured: the pair's own is then unknown, and only what it leaves of the angular bias counts.
-    pub fn push(&mut self, pair: &PairInformation, linear: bool, dt_s: f64) {
-        let keep = (-dt_s / self.forget_s).exp();
-        self.information *= keep;
-        self.vector *= keep;
+    /// Covariance of the biases.
+    pub fn covariance(&self) -> Matrix6<f64> {
+        self.covariance.fixed_view::<6, 6>(6, 6).into_owned()
+    }
+
+    /// Covariance of the pose's twist.
+    pub fn pose_covariance(&self) -> Matrix6<f64> {
+        self.covariance.fixed_view::<6, 6>(0, 0).into_owned()
+    }
+
+    /// Forward by `dt_s` with the measured velocities; `linear` is false where none was measured.
+    /// Thesis: eq. (5.1).
+    pub fn predict(&mut self, measured: &Vector6<f64>, linear: bool, dt_s: f64) {
+        self.forget(linear, dt_s);
+        let step = (measured - self.bias) * dt_s;
+        self.pose = self.pose * se3::exp(&step);
+        // exp(xi) exp(step) = exp(step) exp(Ad^-1 xi); a bias too small turns too far.
+        let carried = se3::adjoint(&se3::exp(&-step));
+        let by_bias = se3::right_jacobian(&step) * -dt_s;
+        let mut f = Matrix12::identity();
+        f.fixed_view_mut::<6, 6>(0, 0).copy_from(&carried);
+        f.fixed_view_mut::<6, 6>(0, 6).copy_from(&by_bias);
+        self.covariance = f * self.covariance * f.transpose();
+        let noise = by_bias * squares(self.prior.reading) * by_bias.transpose();
+        let mut corner = self.covariance.fixed_view_mut::<6, 6>(0, 0);
+        corner += noise;
         if !linear {
-            return self.push_angular(pair);
+            for i in 9..12 {
+                self.covariance[(i, i)] += (UNKNOWN_ACCEL * dt_s).powi(2);
+            }
         }
-        // (A^-1 + N)^-1 = (1 + A N)^-1 A, defined for every A.
-        let Some(inverse) = (Matrix6::identity() + pair.information * self.noise).try_inverse()
-        else {
-            return;
-        };
-        let information = inverse * pair.information;
-        let information = (information + information.transpose()) * 0.5;
-        self.information += information;
-        self.vector += information * pair.bias_used + inverse * pair.gradient;
     }
 
-    fn push_angular(&mut self, pair: &PairInformation) {
-        let a = &pair.information;
-        let block =
-            |i: usize, j: usize| -> Matrix3<f64> { a.fixed_view::<3, 3>(i, j).into_owned() };
-        let part = |i: usize| -> Vector3<f64> { pair.gradient.fixed_rows::<3>(i).into_owned() };
-        let Some(inverse) = block(3, 3).try_inverse() else {
-            return;
+    /// Old knowledge of the biases fades, but never below what was known at the start.
+    fn forget(&mut self, linear: bool, dt_s: f64) {
+        let grown = (dt_s / self.prior.forget_s).exp();
+        let start = squares(self.prior.start);
+        for i in 0..(if linear { 6 } else { 3 }) {
+            let own = self.covariance[(6 + i, 6 + i)];
+            let factor = grown.min(start[(i, i)] / own).max(1.0).sqrt();
+            self.covariance.row_mut(6 + i).scale_mut(factor);
+            self.covariance.column_mut(6 + i).scale_mut(factor);
+        }
+    }
+
+    /// The step from `xi` towards the best pose of readings and images together, for an alignment
+    /// at `pose exp(xi)` whose images are off by `noise` beyond what their residuals show.
+    pub fn step_from(
+        &self,
+        xi: &Vector6<f64>,
+        found: &PoseInformation,
+        noise: &Matrix6<f64>,
+    ) -> Option<Vector6<f64>> {
+        // (P^-1 + A)^-1 (g - P^-1 xi), defined for every P and A
+        let p = self.pose_covariance() + noise;
+        let whole = Matrix6::identity() + p * found.information;
+        whole.lu().solve(&(p * found.gradient - xi))
+    }
+
+    /// Take in an alignment at `pose exp(xi)`. False where it makes no sense.
+    pub fn correct(
+        &mut self,
+        xi: &Vector6<f64>,
+        found: &PoseInformation,
+        noise: &Matrix6<f64>,
+    ) -> bool {
+        let a = &found.information;
+        let Some(share) = (Matrix6::identity() + a * noise).try_inverse() else {
+            return false;
         };
-        let share = block(0, 3) * inverse;
-        let schur = block(0, 0) - share * block(3, 0);
-        let gradient = part(0) - share * part(3);
-        let noise: Matrix3<f64> = self.noise.fixed_view::<3, 3>(0, 0).into_owned();
-        let Some(inverse) = (Matrix3::identity() + schur * noise).try_inverse() else {
-            return;
+        let (a, z) = (share * a, share * (a * xi + found.gradient));
+        let a = (a + a.transpose()) * 0.5;
+        let p = self.pose_covariance();
+        let Some(inverse) = (Matrix6::identity() + a * p).try_inverse() else {
+            return false;
         };
-        let information = inverse * schur;
-        let information = (information + information.transpose()) * 0.5;
-        let mut corner = self.information.fixed_view_mut::<3, 3>(0, 0);
-        corner += information;
-        let used: Vector3<f64> = pair.bias_used.fixed_rows::<3>(0).into_owned();
-        let mut head = self.vector.fixed_rows_mut::<3>(0);
-        head += information * used + inverse * gradient;
+        let cross = self.covariance.fixed_columns::<6>(0).into_owned();
+        let step: SVector<f64, 12> = cross * (inverse * z);
+        if !step.iter().all(|v| v.is_finite()) {
+            return false;
+        }
+        self.pose = self.pose * se3::exp(&step.fixed_rows::<6>(0).into_owned());
+        self.bias += step.fixed_rows::<6>(6);
+        let kept = self.covariance - cross * (inverse * a) * cross.transpose();
+        self.covariance = (kept + kept.transpose()) * 0.5;
+        true
+    }
+
+    /// The present image becomes a reference: what is not known of the pose is once more unknown of
+    /// all that is seen from there, and so is by how much the image's own stamp is off.
+    pub fn add_reference(&mut self, noise: &Matrix6<f64>) {
+        let own = self.pose_covariance() + noise;
+        let mut corner = self.covariance.fixed_view_mut::<6, 6>(0, 0);
+        corner += own;
+    }
+
+    /// The present image becomes the only reference: the pose is what it is by definition, but for
+    /// the image's own stamp.
+    pub fn restart(&mut self, noise: &Matrix6<f64>) {
+        for i in 0..6 {
+            self.covariance.row_mut(i).fill(0.0);
+            self.covariance.column_mut(i).fill(0.0);
+        }
+        let mut corner = self.covariance.fixed_view_mut::<6, 6>(0, 0);
+        corner += noise;
+    }
+
+    /// A linear velocity is measured for the first time: of its bias nothing is known.
+    pub fn begin_linear(&mut self) {
+        self.bias.fixed_rows_mut::<3>(3).fill(0.0);
+        for i in 9..12 {
+            self.covariance.row_mut(i).fill(0.0);
+            self.covariance.column_mut(i).fill(0.0);
+            self.covariance[(i, i)] = self.prior.start[1].powi(2);
+        }
     }
 }

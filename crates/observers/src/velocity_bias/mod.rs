@@ -10,12 +10,15 @@ mod estimator;
 mod images;
 mod information;
 mod observer;
+mod references;
+mod row_motion;
 #[cfg(test)]
 mod tests;
+mod tracking;
 mod window;
 
 pub use config::{BiasMethod, FixedGains, VelocityBiasConfig};
 pub use estimator::{VelocityBiasEstimator, VelocityBiasState};
-pub use information::{BiasInformation, PairInformation};
+pub use information::{BiasInformation, BiasPrior, PoseInformation};
 pub use observer::{FieldObserver, Gains, ImageVelocity};
 pub use window::Window;

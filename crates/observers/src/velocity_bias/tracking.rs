@@ -1,0 +1,170 @@
+//! The information form: images aligned with references, biases from what that corrects.
+
+use super::alignment::{Pair, Sloped, align};
+use super::config::VelocityBiasConfig;
+use super::estimator::MIN_SHARE;
+use super::information::{BiasInformation, BiasPrior, PoseInformation};
+use super::observer::ImageVelocity;
+use super::references::{Reference, References};
+use super::row_motion::RowMotion;
+use crate::{Reason, Status};
+use nalgebra::{Matrix6, Vector6};
+use sphereflow_core::Pose;
+use sphereflow_sphere::SphereGrid;
+use sphereflow_sphere::lie::se3;
+
+/// Warps of a pair, at most: one more while the step moves the image by more than [`SETTLED_RAD`].
+const MOST_WARPS: usize = 4;
+/// A step of the warp below this angle is not repeated: a tenth of a pixel at 160.
+const SETTLED_RAD: f64 = 5e-4;
+
+/// Errors of an alignment that all its pixels share, pixels.
+const FLOOR_PIXELS: f64 = 0.6;
+
+/// Angle between two neighbouring pixels in the middle of the image, rad.
+fn pixel_angle(grid: &SphereGrid) -> f64 {
+    let (x, y) = (grid.width() / 2, grid.height() / 2);
+    grid.ray(x, y).angle(&grid.ray(x.saturating_sub(1), y))
+}
+
+/// Estimates biases by tracking references.
+#[derive(Clone, Debug)]
+pub struct Tracking {
+    known: BiasInformation,
+    references: References,
+    readout_s: f64,
+    timing_sigma_s: f64,
+    floor_rad: f64,
+    linear_measured: bool,
+}
+
+impl Tracking {
+    /// Before the first image.
+    pub fn new(grid: &SphereGrid, config: &VelocityBiasConfig) -> Self {
+        Self {
+            known: BiasInformation::new(BiasPrior {
+                start: [config.angular_bias_sigma, config.linear_bias_sigma],
+                reading: [config.angular_sigma, config.linear_sigma],
+                forget_s: config.forget_s,
+            }),
+            references: References::new(grid),
+            readout_s: config.readout_s,
+            timing_sigma_s: config.timing_sigma_s,
+            floor_rad: FLOOR_PIXELS * pixel_angle(grid),
+            linear_measured: false,
+        }
+    }
+
+    /// Biases and their covariance.
+    pub fn knowledge(&self) -> &BiasInformation {
+        &self.known
+    }
+
+    /// The next image and the velocities since the one before; the information of its alignment, or
+    /// why there is none.
+    pub fn step(
+        &mut self,
+        grid: &SphereGrid,
+        image: Sloped,
+        velocity: &ImageVelocity,
+        mean_range: f64,
+        dt_s: f64,
+    ) -> Result<Matrix6<f64>, Status> {
+        let (w, v) = (velocity.angular_rad_s, velocity.linear_m_s);
+        if v.is_some() && !self.linear_measured {
+            self.linear_measured = true;
+            self.known.begin_linear();
+        }
+        let v = v.unwrap_or_default();
+        let measured = Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z);
+        let linear = velocity.linear_m_s.is_some();
+        if self.references.is_empty() {
+            let twist = measured - self.known.bias();
+            self.begin(grid, image, &twist, &self.common_noise(&twist, mean_range));
+            return Err(Status::Starting(Reason::NoData));
+        }
+        self.known.predict(&measured, linear, dt_s);
+        let twist = measured - self.known.bias();
+        let rows = RowMotion::new(&twist, self.readout_s, grid.height());
+        let noise = self.common_noise(&twist, mean_range);
+        let predicted = *self.known.pose();
+        let Some((reference, _)) = self.references.nearest(&predicted, mean_range) else {
+            return Err(Status::Starting(Reason::NoData));
+        };
+        let pair = Pair {
+            grid,
+            reference,
+            image: &image,
+            rows,
+        };
+        let (xi, found, share) = settle(&pair, &self.known, &noise, mean_range);
+        if share < MIN_SHARE || !self.known.correct(&xi, &found, &noise) {
+            self.begin(grid, image, &twist, &noise);
+            return Err(Status::Skipped(Reason::FewPixels { share }));
+        }
+        let pose = *self.known.pose();
+        let nearest = self.references.nearest(&pose, mean_range);
+        if nearest.is_none_or(|(_, distance)| self.references.is_far(distance)) {
+            self.known.add_reference(&noise);
+            self.references.add(Reference {
+                images: image.images,
+                rows,
+                pose,
+            });
+        }
+        Ok(found.information)
+    }
+
+    /// The image becomes the only reference.
+    fn begin(
+        &mut self,
+        grid: &SphereGrid,
+        image: Sloped,
+        twist: &Vector6<f64>,
+        noise: &Matrix6<f64>,
+    ) {
+        self.known.restart(noise);
+        self.references.clear();
+        self.references.add(Reference {
+            images: image.images,
+            rows: RowMotion::new(twist, self.readout_s, grid.height()),
+            pose: *self.known.pose(),
+        });
+    }
+
+    /// What the residuals do not show of an alignment's error: all pixels share it. Stamps that do not
+    /// agree move a moving camera; lens, blur and interpolation a part of a pixel.
+    fn common_noise(&self, twist: &Vector6<f64>, mean_range: f64) -> Matrix6<f64> {
+        let square = |i: usize| twist.fixed_rows::<3>(i).norm_squared();
+        let variance = self.timing_sigma_s * self.timing_sigma_s;
+        let a = square(0) * variance + self.floor_rad.powi(2);
+        let v = square(3) * variance + (self.floor_rad * mean_range).powi(2);
+        Matrix6::from_diagonal(&Vector6::new(a, a, a, v, v, v))
+    }
+}
+
+/// Aligned where readings and images together are best: warped again while that moves the image.
+/// The twist from the predicted pose, the normal equations there, and the share of pixels.
+fn settle(
+    pair: &Pair<'_>,
+    known: &BiasInformation,
+    noise: &Matrix6<f64>,
+    mean_range: f64,
+) -> (Vector6<f64>, PoseInformation, f64) {
+    let from_world = pair.reference.pose.inverse();
+    let at = |xi: &Vector6<f64>| -> Pose { from_world * *known.pose() * se3::exp(xi) };
+    let mut xi = Vector6::zeros();
+    let (mut found, mut share) = align(pair, &at(&xi));
+    for _ in 1..MOST_WARPS {
+        let Some(step) = known.step_from(&xi, &found, noise) else {
+            break;
+        };
+        let angle = step.fixed_rows::<3>(0).norm() + step.fixed_rows::<3>(3).norm() / mean_range;
+        if angle < SETTLED_RAD || !angle.is_finite() {
+            break;
+        }
+        xi += step;
+        (found, share) = align(pair, &at(&xi));
+    }
+    (xi, found, share)
+}
