@@ -4,8 +4,9 @@ use super::assembly::Assembly;
 use super::chunk::{Chunk, NONE, Scene};
 use super::intrinsics::Intrinsics;
 use super::issue::Issue;
-use super::layout::{Layout, layout};
+use super::layout::{Elimination, Layout, layout};
 use super::problem::BundleProblem;
+use super::reverse::Reverse;
 use super::state::ViewPose;
 use crate::linear::{BlockSolver, LinearSolver};
 use crate::minimise::{Step, System, minimise};
@@ -43,6 +44,7 @@ pub struct BundleAdjuster {
     pub(super) layout: Layout,
     pub(super) assembly: Assembly,
     pub(super) solver: BlockSolver,
+    pub(super) reverse: Option<Reverse>,
     pub(super) poses: Vec<ViewPose>,
     candidate_poses: Vec<ViewPose>,
     pub(super) intrinsics: Vec<Intrinsics>,
@@ -69,7 +71,15 @@ impl BundleAdjuster {
     /// Lay the problem out. What it is measured by, what is fixed and what is left out as not seen
     /// stays as it is from here on.
     pub fn new(problem: BundleProblem, linear_solver: LinearSolver) -> Self {
-        let layout = layout(&problem);
+        Self::with_elimination(problem, linear_solver, Elimination::Auto)
+    }
+
+    pub(super) fn with_elimination(
+        problem: BundleProblem,
+        linear_solver: LinearSolver,
+        elimination: Elimination,
+    ) -> Self {
+        let layout = layout(&problem, elimination);
         let poses: Vec<ViewPose> = problem
             .views
             .iter()
@@ -77,6 +87,7 @@ impl BundleAdjuster {
             .collect();
         Self {
             assembly: Assembly::new(&layout),
+            reverse: (layout.reversed).then(|| Reverse::new(&layout, linear_solver)),
             solver: BlockSolver::new(&layout.pattern, linear_solver),
             candidate_poses: poses.clone(),
             poses,
@@ -156,7 +167,7 @@ impl BundleAdjuster {
         Ok(BundleSummary {
             summary,
             issues: self.layout.issues.clone(),
-            linear_solver: self.solver.kind(),
+            linear_solver: (self.reverse.as_ref()).map_or(self.solver.kind(), Reverse::kind),
         })
     }
 
@@ -247,6 +258,11 @@ impl BundleAdjuster {
     }
 
     #[cfg(test)]
+    pub(super) fn is_reversed(&self) -> bool {
+        self.reverse.is_some()
+    }
+
+    #[cfg(test)]
     pub(super) fn accept_blocks(&mut self) {
         std::mem::swap(&mut self.poses, &mut self.candidate_poses);
         std::mem::swap(&mut self.intrinsics, &mut self.candidate_intrinsics);
@@ -274,6 +290,65 @@ impl BundleAdjuster {
         }
         true
     }
+
+    /// The step of poses and intrinsics, and the candidates of the points; false where the damped
+    /// normal equations are not positive definite.
+    fn solve_blocks(&mut self, damping: Damping, lambda: f64) -> bool {
+        if let Some(reverse) = &mut self.reverse {
+            let Assembly {
+                direct,
+                gradient,
+                step,
+                ..
+            } = &mut self.assembly;
+            let known = (&direct[..], &gradient[..]);
+            return reverse.step(&mut self.layout, known, (damping, lambda), step);
+        }
+        let pattern = &self.layout.pattern;
+        if self.eliminated != Some((damping, lambda)) {
+            self.layout
+                .chunks
+                .par_iter_mut()
+                .for_each(|chunk| chunk.eliminate(pattern, damping, lambda));
+            self.eliminated = Some((damping, lambda));
+        }
+        if self.layout.chunks.iter().any(|chunk| chunk.singular) {
+            return false;
+        }
+        self.assembly.reduce(&self.layout, damping, lambda);
+        let (reduced, step) = (&self.assembly.reduced, &mut self.assembly.step);
+        let solved = pattern.blocks() == 0
+            || (self.solver.factor(pattern, reduced) && self.solver.solve(pattern, reduced, step));
+        if !solved {
+            return false;
+        }
+        let step = &self.assembly.step;
+        self.layout
+            .chunks
+            .par_iter_mut()
+            .for_each(|chunk| chunk.substitute(pattern, (damping, lambda), step));
+        true
+    }
+
+    fn measure_step(&self, damping: Damping, lambda: f64) -> Step {
+        let (mut promised, mut squared) = self.assembly.promised(&self.layout, damping, lambda);
+        let poses = self
+            .poses
+            .iter()
+            .map(|pose| 1.0 + pose.translation.norm_squared());
+        let parameters = self.intrinsics.iter().flat_map(Intrinsics::parameters);
+        let mut state = poses.sum::<f64>() + parameters.map(|p| p * p).sum::<f64>();
+        for chunk in &self.layout.chunks {
+            promised += chunk.step.promised;
+            squared += chunk.step.squared;
+            state += chunk.step.state_squared;
+        }
+        Step {
+            promised,
+            norm: squared.sqrt(),
+            state_norm: state.sqrt(),
+        }
+    }
 }
 
 impl System for BundleAdjuster {
@@ -300,46 +375,10 @@ impl System for BundleAdjuster {
     }
 
     fn step(&mut self, damping: Damping, lambda: f64) -> Option<Step> {
-        let pattern = &self.layout.pattern;
-        if self.eliminated != Some((damping, lambda)) {
-            self.layout
-                .chunks
-                .par_iter_mut()
-                .for_each(|chunk| chunk.eliminate(pattern, damping, lambda));
-            self.eliminated = Some((damping, lambda));
-        }
-        if self.layout.chunks.iter().any(|chunk| chunk.singular) {
+        if !self.solve_blocks(damping, lambda) || !self.move_blocks() {
             return None;
         }
-        self.assembly.reduce(&self.layout, damping, lambda);
-        let (reduced, step) = (&self.assembly.reduced, &mut self.assembly.step);
-        let solved = pattern.blocks() == 0
-            || (self.solver.factor(pattern, reduced) && self.solver.solve(pattern, reduced, step));
-        if !solved || !self.move_blocks() {
-            return None;
-        }
-        let (pattern, step) = (&self.layout.pattern, &self.assembly.step);
-        self.layout
-            .chunks
-            .par_iter_mut()
-            .for_each(|chunk| chunk.substitute(pattern, (damping, lambda), step));
-        let (mut promised, mut squared) = self.assembly.promised(&self.layout, damping, lambda);
-        let poses = self
-            .poses
-            .iter()
-            .map(|pose| 1.0 + pose.translation.norm_squared());
-        let parameters = self.intrinsics.iter().flat_map(Intrinsics::parameters);
-        let mut state = poses.sum::<f64>() + parameters.map(|p| p * p).sum::<f64>();
-        for chunk in &self.layout.chunks {
-            promised += chunk.step.promised;
-            squared += chunk.step.squared;
-            state += chunk.step.state_squared;
-        }
-        Some(Step {
-            promised,
-            norm: squared.sqrt(),
-            state_norm: state.sqrt(),
-        })
+        Some(self.measure_step(damping, lambda))
     }
 
     fn candidate_cost(&mut self) -> Option<f64> {

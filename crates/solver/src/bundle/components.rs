@@ -1,7 +1,7 @@
 //! Which poses hang together, and whether anything holds each group in place.
 
+use super::active::Active;
 use super::issue::Issue;
-use super::layout::Active;
 use super::measurement::Measurement;
 use super::problem::BundleProblem;
 

@@ -3,6 +3,7 @@
 use super::adjuster::BundleAdjuster;
 use super::chunk::NONE;
 use super::covariance::no_covariance;
+use super::layout::Elimination;
 use super::prior::Prior;
 use super::problem::BundleProblem;
 use crate::linear::LinearSolver;
@@ -58,7 +59,8 @@ impl BundleProblem {
 
 /// The prior that the measurements of `part` are for the poses that stay; none where none does.
 fn remaining(part: BundleProblem, leaves: &[bool]) -> Result<Option<Prior>> {
-    let mut adjuster = BundleAdjuster::new(part, LinearSolver::Dense);
+    let mut adjuster =
+        BundleAdjuster::with_elimination(part, LinearSolver::Dense, Elimination::Points);
     let layout = &adjuster.layout;
     if layout.camera_block.iter().any(|&block| block != NONE) {
         let expected = "known intrinsics";

@@ -1,5 +1,6 @@
 //! Bundle adjustment: poses, points and intrinsics from pixels and depths. Thesis: section 8.4.2.
 
+mod active;
 mod adjuster;
 mod assembly;
 mod chunk;
@@ -13,6 +14,7 @@ mod marginal;
 mod measurement;
 mod prior;
 mod problem;
+mod reverse;
 mod state;
 
 #[cfg(test)]
