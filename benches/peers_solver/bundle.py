@@ -12,7 +12,6 @@ constraints and stops by its own rule; its time includes its ordering.
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from collections.abc import Callable
 
@@ -22,8 +21,6 @@ from sphereflow.solver import BundleProblem
 TOLERANCE = 1e-10
 STEPS = 100
 SMALL = 6_000
-MEDIUM = 40_000
-"""Pixels up to which GTSAM is asked: it takes minutes beyond."""
 """Residuals up to which SciPy is asked: without derivatives it takes minutes beyond."""
 
 Row = tuple[str, float, float, float]
@@ -192,30 +189,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--full", action="store_true", help="also 500 poses x 100 000 points")
-    parser.add_argument("--only", action="store_true", help="with --full: nothing else")
     arguments = parser.parse_args()
-    # some wheels decide for themselves how many threads they start: everybody gets as many cores
-    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: arguments.threads])
     cases = [
         ("room", 10, 500, 0.0),
-        ("room", 10, 500, 0.1),
-        ("street", 10, 500, 0.0),
         ("street", 10, 500, 0.1),
         ("room", 15, 2000, 0.0),
-        ("room", 15, 2000, 0.1),
         ("street", 20, 2000, 0.0),
-        ("street", 20, 2000, 0.1),
-        ("room", 30, 2000, 0.0),
         ("room", 30, 2000, 0.1),
         ("room", 100, 10_000, 0.0),
-        ("street", 200, 20_000, 0.0),
         ("street", 200, 20_000, 0.1),
     ]
-    if arguments.only:
-        cases = []
     if arguments.full:
-        sizes = [(kind, 500, 100_000) for kind in ("street", "room")]
-        cases += [(*size, outliers) for size in sizes for outliers in (0.0, 0.1)]
+        cases += [("street", 500, 100_000, 0.0), ("room", 500, 100_000, 0.0)]
     for kind, poses, points, outliers in cases:
         # a loss with one minimum: others end where their path leads
         loss = ("huber", 1.0) if outliers else ("quadratic", 1.0)
@@ -230,8 +215,6 @@ def main() -> None:
         first: Row | None = None
         for solver in (ours, ceres, gtsam_lm, scipy_trf):
             if solver is scipy_trf and len(make().pixels[0]) * 2 > SMALL:
-                continue
-            if solver is gtsam_lm and len(make().pixels[0]) > MEDIUM:
                 continue
             try:
                 row = solver(make, arguments.threads, loss)

@@ -138,51 +138,29 @@ impl Measurement {
                 };
                 let residual = root * (found - pixel);
                 let a: Matrix2x3<f64> = root * by_point;
-                let squared = residual.norm_squared();
-                let (rho, weight) = losses.pixel.evaluate(squared);
-                let bend = losses.pixel.bend(squared, weight);
+                let (rho, weight) = losses.pixel.evaluate(residual.norm_squared());
                 normal.cost += 0.5 * rho;
-                let across = a.tr_mul(&residual);
                 normal.m += a.tr_mul(&a) * weight;
-                normal.g += across * weight;
-                if bend > 0.0 {
-                    normal.m -= across * across.transpose() * (bend / squared);
-                }
+                normal.g += a.tr_mul(&residual) * weight;
                 if intrinsics.free() > 0 {
-                    let by_norm = if bend > 0.0 { bend / squared } else { 0.0 };
-                    let weights = (weight, by_norm);
-                    add_intrinsics(
-                        intrinsics,
-                        x,
-                        &found,
-                        root,
-                        (&a, &residual, weights),
-                        normal,
-                    );
+                    add_intrinsics(intrinsics, x, &found, root, (&a, &residual, weight), normal);
                 }
             }
             Self::Point { point, root } => {
                 // Thesis: eq. (9.1): the derivative by the point in the camera frame is the identity
                 let residual = root * (x - point);
-                let squared = residual.norm_squared();
-                let (rho, weight) = losses.point.evaluate(squared);
-                let bend = losses.point.bend(squared, weight);
+                let (rho, weight) = losses.point.evaluate(residual.norm_squared());
                 normal.cost += 0.5 * rho;
-                let across = root.tr_mul(&residual);
                 normal.m += root.tr_mul(root) * weight;
-                normal.g += across * weight;
-                if bend > 0.0 {
-                    normal.m -= across * across.transpose() * (bend / squared);
-                }
+                normal.g += root.tr_mul(&residual) * weight;
             }
             Self::InverseRange { inv_range, root } => {
                 let range = x.norm();
                 let residual = root * (1.0 / range - inv_range);
                 let a: RowVector3<f64> = x.transpose() * (-root / (range * range * range));
                 let (rho, weight) = losses.inverse_range.evaluate(residual * residual);
-                let bend = losses.inverse_range.bend(residual * residual, weight);
                 normal.cost += 0.5 * rho;
-                normal.m += a.tr_mul(&a) * (weight - bend);
+                normal.m += a.tr_mul(&a) * weight;
                 normal.g += a.transpose() * (residual * weight);
             }
         }
@@ -196,7 +174,7 @@ fn add_intrinsics(
     x: &Vector3<f64>,
     pixel: &Vector2<f64>,
     root: &Matrix2<f64>,
-    (a, residual, (weight, by_norm)): (&Matrix2x3<f64>, &Vector2<f64>, (f64, f64)),
+    (a, residual, weight): (&Matrix2x3<f64>, &Vector2<f64>, f64),
     normal: &mut Normal,
 ) {
     let free = intrinsics.free();
@@ -205,8 +183,8 @@ fn add_intrinsics(
         *column = root * intrinsics.derivative(parameter, x, pixel);
     }
     for i in 0..free {
-        normal.intrinsics_gradient[i] += weight * b[i].dot(residual);
-        let weighted = b[i] * weight - residual * (by_norm * residual.dot(&b[i]));
+        let weighted = b[i] * weight;
+        normal.intrinsics_gradient[i] += weighted.dot(residual);
         normal.intrinsics_by_point[i] += a.tr_mul(&weighted);
         for (entry, other) in normal.intrinsics[i][..free].iter_mut().zip(&b) {
             *entry += weighted.dot(other);
