@@ -10,6 +10,7 @@ square distance to the truth beside that of the graph without them.
 from __future__ import annotations
 
 import argparse
+import os
 import time
 
 import numpy as np
@@ -80,6 +81,8 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--full", action="store_true", help="graphs of 10 000 poses")
     arguments = parser.parse_args()
+    # some wheels decide for themselves how many threads they start: everybody gets as many cores
+    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: arguments.threads])
     try:
         import gtsam
     except ImportError:

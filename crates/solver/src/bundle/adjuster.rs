@@ -257,6 +257,13 @@ impl BundleAdjuster {
         nalgebra::DVector::from_vec(all)
     }
 
+    /// The cost of the present state.
+    #[cfg(test)]
+    pub(super) fn solve_nothing(&mut self) -> f64 {
+        self.load();
+        self.cost().unwrap_or(f64::NAN)
+    }
+
     #[cfg(test)]
     pub(super) fn is_reversed(&self) -> bool {
         self.reverse.is_some()

@@ -2,5 +2,6 @@
 
 mod bad_input;
 mod derivatives;
+mod duals;
 mod problems;
 mod uncertainty;
