@@ -1,5 +1,7 @@
 //! Pose graphs on rigid motions and on similarities.
 
+#[cfg(test)]
+mod duals;
 mod group;
 mod problem;
 mod robust;

@@ -185,6 +185,11 @@ impl InertialWindow {
         minimise(&mut system, options)
     }
 
+    #[cfg(test)]
+    pub(super) fn root(&self, link: usize) -> &Matrix15 {
+        &self.roots[link]
+    }
+
     fn known(&self, state: usize) -> Result<()> {
         if state < self.states.len() {
             return Ok(());
