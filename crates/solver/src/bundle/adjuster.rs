@@ -2,6 +2,7 @@
 
 use super::assembly::Assembly;
 use super::chunk::{Chunk, NONE, Scene};
+use super::inertial::Motion;
 use super::intrinsics::Intrinsics;
 use super::issue::Issue;
 use super::layout::{Elimination, Layout, layout};
@@ -13,7 +14,6 @@ use crate::minimise::{Step, System, minimise};
 use crate::options::{Damping, Options};
 use crate::summary::{StopReason, Summary};
 use crate::{Error, Result};
-use nalgebra::Vector6;
 use rayon::prelude::*;
 use std::ops::Deref;
 use std::time::Duration;
@@ -46,10 +46,12 @@ pub struct BundleAdjuster {
     pub(super) solver: BlockSolver,
     pub(super) reverse: Option<Reverse>,
     pub(super) poses: Vec<ViewPose>,
-    candidate_poses: Vec<ViewPose>,
+    pub(super) candidate_poses: Vec<ViewPose>,
     pub(super) intrinsics: Vec<Intrinsics>,
-    candidate_intrinsics: Vec<Intrinsics>,
-    eliminated: Option<(Damping, f64)>,
+    pub(super) candidate_intrinsics: Vec<Intrinsics>,
+    pub(super) motions: Vec<Motion>,
+    pub(super) candidate_motions: Vec<Motion>,
+    pub(super) eliminated: Option<(Damping, f64)>,
 }
 
 /// Adjust a problem in place. Thesis: section 8.4.2.
@@ -93,6 +95,8 @@ impl BundleAdjuster {
             poses,
             intrinsics: problem.intrinsics.clone(),
             candidate_intrinsics: problem.intrinsics.clone(),
+            motions: problem.inertial.motions.clone(),
+            candidate_motions: problem.inertial.motions.clone(),
             eliminated: None,
             layout,
             problem,
@@ -177,6 +181,8 @@ impl BundleAdjuster {
             *pose = ViewPose::from_world_from_camera(&view.world_from_camera);
         }
         self.candidate_poses.copy_from_slice(&self.poses);
+        self.motions.copy_from_slice(&self.problem.inertial.motions);
+        self.candidate_motions.copy_from_slice(&self.motions);
         for chunk in &mut self.layout.chunks {
             for (current, &point) in chunk.current.iter_mut().zip(&chunk.points) {
                 *current = self.problem.points[point as usize].position;
@@ -185,6 +191,7 @@ impl BundleAdjuster {
     }
 
     fn store(&mut self) {
+        self.problem.inertial.motions.copy_from_slice(&self.motions);
         for (view, (pose, &block)) in
             (self.problem.views.iter_mut()).zip(self.poses.iter().zip(&self.layout.view_block))
         {
@@ -205,10 +212,14 @@ impl BundleAdjuster {
     }
 
     fn evaluate(&mut self, candidate: bool) -> Option<f64> {
-        let (poses, intrinsics) = if candidate {
-            (&self.candidate_poses, &self.candidate_intrinsics)
+        let (poses, intrinsics, motions) = if candidate {
+            (
+                &self.candidate_poses,
+                &self.candidate_intrinsics,
+                &self.candidate_motions,
+            )
         } else {
-            (&self.poses, &self.intrinsics)
+            (&self.poses, &self.intrinsics, &self.motions)
         };
         let scene = Scene {
             poses,
@@ -219,7 +230,8 @@ impl BundleAdjuster {
             .chunks
             .par_iter_mut()
             .for_each(|chunk| chunk.evaluate(&scene, candidate));
-        let mut cost = self.assembly.prior_cost(&self.problem.priors, poses);
+        let mut cost = self.assembly.prior_cost(&self.problem.priors, poses)
+            + self.problem.inertial.cost(poses, motions);
         for chunk in &self.layout.chunks {
             cost += chunk.cost?;
         }
@@ -274,88 +286,6 @@ impl BundleAdjuster {
         std::mem::swap(&mut self.poses, &mut self.candidate_poses);
         std::mem::swap(&mut self.intrinsics, &mut self.candidate_intrinsics);
     }
-
-    /// Moves poses and intrinsics to the candidate; false where no camera has such intrinsics.
-    pub(super) fn move_blocks(&mut self) -> bool {
-        let pattern = &self.layout.pattern;
-        for (view, &block) in self.layout.view_block.iter().enumerate() {
-            if block != NONE {
-                let start = pattern.start(block as usize);
-                let twist = Vector6::from_column_slice(&self.assembly.step[start..start + 6]);
-                self.candidate_poses[view] = self.poses[view].moved_by(&twist);
-            }
-        }
-        for (camera, &block) in self.layout.camera_block.iter().enumerate() {
-            if block != NONE {
-                let (start, size) = (pattern.start(block as usize), pattern.size(block as usize));
-                let step = &self.assembly.step[start..start + size];
-                let next = &mut self.candidate_intrinsics[camera];
-                if self.intrinsics[camera].moved_by(step, next).is_err() {
-                    return false;
-                }
-            }
-        }
-        true
-    }
-
-    /// The step of poses and intrinsics, and the candidates of the points; false where the damped
-    /// normal equations are not positive definite.
-    fn solve_blocks(&mut self, damping: Damping, lambda: f64) -> bool {
-        if let Some(reverse) = &mut self.reverse {
-            let Assembly {
-                direct,
-                gradient,
-                step,
-                ..
-            } = &mut self.assembly;
-            let known = (&direct[..], &gradient[..]);
-            return reverse.step(&mut self.layout, known, (damping, lambda), step);
-        }
-        let pattern = &self.layout.pattern;
-        if self.eliminated != Some((damping, lambda)) {
-            self.layout
-                .chunks
-                .par_iter_mut()
-                .for_each(|chunk| chunk.eliminate(pattern, damping, lambda));
-            self.eliminated = Some((damping, lambda));
-        }
-        if self.layout.chunks.iter().any(|chunk| chunk.singular) {
-            return false;
-        }
-        self.assembly.reduce(&self.layout, damping, lambda);
-        let (reduced, step) = (&self.assembly.reduced, &mut self.assembly.step);
-        let solved = pattern.blocks() == 0
-            || (self.solver.factor(pattern, reduced) && self.solver.solve(pattern, reduced, step));
-        if !solved {
-            return false;
-        }
-        let step = &self.assembly.step;
-        self.layout
-            .chunks
-            .par_iter_mut()
-            .for_each(|chunk| chunk.substitute(pattern, (damping, lambda), step));
-        true
-    }
-
-    fn measure_step(&self, damping: Damping, lambda: f64) -> Step {
-        let (mut promised, mut squared) = self.assembly.promised(&self.layout, damping, lambda);
-        let poses = self
-            .poses
-            .iter()
-            .map(|pose| 1.0 + pose.translation.norm_squared());
-        let parameters = self.intrinsics.iter().flat_map(Intrinsics::parameters);
-        let mut state = poses.sum::<f64>() + parameters.map(|p| p * p).sum::<f64>();
-        for chunk in &self.layout.chunks {
-            promised += chunk.step.promised;
-            squared += chunk.step.squared;
-            state += chunk.step.state_squared;
-        }
-        Step {
-            promised,
-            norm: squared.sqrt(),
-            state_norm: state.sqrt(),
-        }
-    }
 }
 
 impl System for BundleAdjuster {
@@ -375,6 +305,9 @@ impl System for BundleAdjuster {
         });
         self.assembly
             .gather(&self.layout, &self.problem.priors, &self.poses);
+        let state = (&self.poses[..], &self.motions[..]);
+        self.assembly
+            .gather_inertial(&self.layout, &self.problem.inertial, state);
         self.eliminated = Some((damping, lambda));
         let points = self.layout.chunks.iter().map(|chunk| chunk.gradient_max);
         let blocks = self.assembly.gradient.iter().map(|g| g.abs());
@@ -394,6 +327,7 @@ impl System for BundleAdjuster {
 
     fn accept(&mut self) {
         std::mem::swap(&mut self.poses, &mut self.candidate_poses);
+        std::mem::swap(&mut self.motions, &mut self.candidate_motions);
         std::mem::swap(&mut self.intrinsics, &mut self.candidate_intrinsics);
         for chunk in &mut self.layout.chunks {
             std::mem::swap(&mut chunk.current, &mut chunk.candidate);

@@ -3,6 +3,7 @@
 use super::active::{Active, active};
 use super::chunk::{Chunk, Link, NONE, Touch};
 use super::components;
+use super::inertial::MOTION;
 use super::issue::Issue;
 use super::measurement::Measurement;
 use super::problem::{BundleProblem, Observation};
@@ -44,6 +45,8 @@ pub(super) struct Layout {
     pub camera_of_view: Vec<u32>,
     /// True where the poses are eliminated and the points stay.
     pub reversed: bool,
+    /// Block of each motion; `NONE` where nothing determines it.
+    pub motion_block: Vec<u32>,
     pub issues: Vec<Issue>,
 }
 
@@ -59,7 +62,7 @@ pub(crate) enum Elimination {
 pub(super) fn layout(problem: &BundleProblem, elimination: Elimination) -> Layout {
     let mut issues = Vec::new();
     let active = active(problem, &mut issues);
-    let (view_block, camera_block, used) = blocks(problem, &active, &mut issues);
+    let ([view_block, camera_block, motion_block], used) = blocks(problem, &active, &mut issues);
     issues.extend(components::issues(problem, &active, &used));
     let count = |blocks: &[u32]| blocks.iter().filter(|&&b| b != NONE).count();
     let mut sizes = vec![6; count(&view_block)];
@@ -68,13 +71,20 @@ pub(super) fn layout(problem: &BundleProblem, elimination: Elimination) -> Layou
             sizes.push(intrinsics.free());
         }
     }
-    let tied = problem.priors.iter().any(|prior| prior.views.len() > 1);
+    sizes.extend((0..count(&motion_block)).map(|_| MOTION));
+    let tied = problem.priors.iter().any(|prior| prior.views.len() > 1)
+        || !problem.inertial.views.is_empty();
     let free_points = (0..problem.points.len())
         .filter(|&point| !problem.points[point].fixed && active.has(point))
         .count();
     let reversed =
         elimination == Elimination::Auto && reverse::pays(count(&view_block), free_points, tied);
-    let (starts, members) = groups(problem, &active, reversed, &view_block, &camera_block);
+    let (starts, members) = groups(
+        problem,
+        &active,
+        reversed,
+        [&view_block, &camera_block, &motion_block],
+    );
     let pattern = BlockPattern::from_groups(sizes, &starts, &members);
     let direct = direct(problem, &pattern, &view_block, &camera_block);
     let total = active.order.len();
@@ -113,6 +123,7 @@ pub(super) fn layout(problem: &BundleProblem, elimination: Elimination) -> Layou
             .collect(),
         view_block,
         camera_block,
+        motion_block,
         reversed,
         issues,
     }
@@ -129,7 +140,7 @@ fn blocks(
     problem: &BundleProblem,
     active: &Active,
     issues: &mut Vec<Issue>,
-) -> (Vec<u32>, Vec<u32>, Vec<bool>) {
+) -> ([Vec<u32>; 3], Vec<bool>) {
     let mut used = vec![false; problem.views.len()];
     let mut camera_used = vec![false; problem.intrinsics.len()];
     for &k in &active.order {
@@ -144,6 +155,9 @@ fn blocks(
             used[view] = true;
         }
     }
+    for view in problem.inertial.ties().flatten() {
+        used[view] = true;
+    }
     let mut next = 0;
     let mut number = |yes: bool| {
         next += u32::from(yes);
@@ -155,12 +169,15 @@ fn blocks(
     let camera_block = (0..camera_used.len())
         .map(|camera| number(camera_used[camera] && problem.intrinsics[camera].free() > 0))
         .collect();
+    let motion_block = (0..problem.inertial.motions.len())
+        .map(|motion| number(problem.inertial.determines(motion)))
+        .collect();
     for (pose, view) in problem.views.iter().enumerate() {
         if !used[pose] && !view.fixed {
             issues.push(Issue::PoseUndetermined { pose });
         }
     }
-    (view_block, camera_block, used)
+    ([view_block, camera_block, motion_block], used)
 }
 
 /// The blocks that measurements and priors tie together.
@@ -168,8 +185,7 @@ fn groups(
     problem: &BundleProblem,
     active: &Active,
     reversed: bool,
-    view_block: &[u32],
-    camera_block: &[u32],
+    [view_block, camera_block, motion_block]: [&[u32]; 3],
 ) -> (Vec<usize>, Vec<u32>) {
     let (mut starts, mut members): (Vec<usize>, Vec<u32>) = (vec![0], Vec::new());
     for (point, node) in problem.points.iter().enumerate() {
@@ -191,6 +207,13 @@ fn groups(
     }
     for prior in &problem.priors {
         let blocks = prior.views.iter().map(|&view| view_block[view]);
+        members.extend(blocks.filter(|&b| b != NONE));
+        starts.push(members.len());
+    }
+    let inertial = &problem.inertial;
+    for (views, motions) in inertial.ties().zip(inertial.tied_motions()) {
+        let blocks = (views.into_iter().map(|view| view_block[view]))
+            .chain(motions.into_iter().map(|motion| motion_block[motion]));
         members.extend(blocks.filter(|&b| b != NONE));
         starts.push(members.len());
     }

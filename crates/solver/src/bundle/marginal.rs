@@ -22,6 +22,10 @@ impl BundleProblem {
     /// # Errors
     /// Where an index is unknown, or the poses that leave are not determined.
     pub fn marginalise(&mut self, poses: &[usize]) -> Result<()> {
+        if !self.inertial.views.is_empty() {
+            let expected = "a problem without inertial terms";
+            return Err(Error::value("poses", expected, "one with motions"));
+        }
         let mut leaves = vec![false; self.views.len()];
         for &pose in poses {
             if pose >= self.views.len() {

@@ -6,6 +6,7 @@ mod assembly;
 mod chunk;
 mod components;
 mod covariance;
+mod inertial;
 mod intrinsics;
 mod issue;
 mod kernel;
@@ -16,6 +17,7 @@ mod prior;
 mod problem;
 mod reverse;
 mod state;
+mod step;
 
 #[cfg(test)]
 mod tests;
@@ -23,5 +25,6 @@ mod tests;
 pub(crate) use prior::root_information;
 
 pub use adjuster::{BundleAdjuster, BundleSummary, adjust};
+pub use inertial::Motion;
 pub use issue::Issue;
 pub use problem::{BundleProblem, Losses};

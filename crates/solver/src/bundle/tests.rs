@@ -3,5 +3,6 @@
 mod bad_input;
 mod derivatives;
 mod duals;
+mod inertial;
 mod problems;
 mod uncertainty;

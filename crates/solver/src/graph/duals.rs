@@ -1,6 +1,6 @@
 //! Jacobians of edges and priors against dual numbers, for poses and similarities.
 
-use super::problem::Prior;
+use super::prior::Prior;
 use super::solve::GraphSystem;
 use super::tests::sample;
 use super::*;

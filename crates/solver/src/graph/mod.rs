@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod duals;
 mod group;
+mod prior;
 mod problem;
 mod robust;
 mod similarity;

@@ -1,7 +1,7 @@
 //! Derivatives of pre-integrated terms against dual numbers.
 
+use super::link::moved;
 use super::tests::{GRAVITY, bias, integrate, shift, state};
-use super::window::moved;
 use super::*;
 use crate::dual::{Dual, Square, c, hat, matrix, nudge, vector};
 use nalgebra::{Matrix3, SVector};

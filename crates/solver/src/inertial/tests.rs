@@ -1,6 +1,6 @@
 //! Pre-integration against exact motion, Jacobians against differences, biases found in a window.
 
-use super::window::moved;
+use super::link::moved;
 use super::*;
 use crate::Options;
 use crate::generate::Random;
@@ -8,7 +8,7 @@ use nalgebra::{Matrix6, SVector, Vector3};
 use sphereflow_core::Pose;
 use sphereflow_sphere::lie::so3;
 
-pub(super) const GRAVITY: Vector3<f64> = Vector3::new(0.0, 9.81, 0.0);
+pub(crate) const GRAVITY: Vector3<f64> = Vector3::new(0.0, 9.81, 0.0);
 const SIGMAS: ImuSigmas = ImuSigmas {
     gyro: 1e-3,
     accel: 1e-2,
@@ -38,7 +38,7 @@ fn velocity(t: f64) -> Vector3<f64> {
 }
 
 /// What an ideal IMU measures at `t`, with biases.
-pub(super) fn measure(t: f64, bias: &ImuBias) -> (Vector3<f64>, Vector3<f64>) {
+pub(crate) fn measure(t: f64, bias: &ImuBias) -> (Vector3<f64>, Vector3<f64>) {
     let (a, b) = (pose(t - 1e-5).rotation, pose(t + 1e-5).rotation);
     let gyro = so3::log(&(a.inverse() * b)) / 2e-5;
     let f = |t: f64| pose(t).translation;
@@ -47,7 +47,7 @@ pub(super) fn measure(t: f64, bias: &ImuBias) -> (Vector3<f64>, Vector3<f64>) {
     (gyro + bias.gyro, force + bias.accel)
 }
 
-pub(super) fn integrate(from: f64, to: f64, truth: &ImuBias, guess: ImuBias) -> Preintegration {
+pub(crate) fn integrate(from: f64, to: f64, truth: &ImuBias, guess: ImuBias) -> Preintegration {
     let mut all = Preintegration::new(guess, SIGMAS).unwrap();
     let steps = ((to - from) * 1000.0).round() as usize;
     for k in 0..steps {
@@ -57,14 +57,14 @@ pub(super) fn integrate(from: f64, to: f64, truth: &ImuBias, guess: ImuBias) -> 
     all
 }
 
-pub(super) fn bias() -> ImuBias {
+pub(crate) fn bias() -> ImuBias {
     ImuBias {
         gyro: Vector3::new(0.01, -0.02, 0.015),
         accel: Vector3::new(0.05, 0.1, -0.08),
     }
 }
 
-pub(super) fn state(t: f64) -> InertialState {
+pub(crate) fn state(t: f64) -> InertialState {
     InertialState {
         pose: pose(t),
         velocity: velocity(t),
@@ -134,7 +134,7 @@ fn covariance_equals_monte_carlo() {
 }
 
 /// A change of a state.
-pub(super) fn shift(seed: f64) -> SVector<f64, 15> {
+pub(crate) fn shift(seed: f64) -> SVector<f64, 15> {
     SVector::from_fn(|k, _| 0.03 * (seed + 1.9 * k as f64).sin())
 }
 

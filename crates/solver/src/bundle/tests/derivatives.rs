@@ -95,7 +95,7 @@ fn moved(adjuster: &mut BundleAdjuster, entry: usize, h: f64) -> f64 {
     adjuster.candidate_cost().unwrap()
 }
 
-fn check(problem: BundleProblem, name: &str) {
+pub(super) fn check(problem: BundleProblem, name: &str) {
     let points = problem.points();
     let mut adjuster = BundleAdjuster::new(problem, LinearSolver::Dense);
     adjuster.load();
