@@ -153,7 +153,10 @@ mod tests {
             let mut inverse = spd.clone();
             assert!(invert(inverse.as_mut_slice(), n));
             // rounding of a few products
-            assert!((inverse * spd - DMatrix::identity(n, n)).norm() < 1e-12, "{n}");
+            assert!(
+                (inverse * spd - DMatrix::identity(n, n)).norm() < 1e-12,
+                "{n}"
+            );
         }
         assert!(!invert(&mut [1.0, 2.0, 2.0, 1.0], 2));
         assert!(!invert(&mut [f64::NAN], 1));
