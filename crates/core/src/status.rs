@@ -44,6 +44,12 @@ pub enum Reason {
         /// Square root of the smallest over the largest eigenvalue of the information.
         score: f64,
     },
+    /// Two parts of the scene move differently: the motion is that of one of them, and the images do
+    /// not say which one is the world.
+    Divided {
+        /// Share of the domains that follow the other motion.
+        share: f64,
+    },
     /// The estimated motion is larger than a camera between two frames can make.
     ImplausibleMotion {
         /// Speed found, m/s.
@@ -132,6 +138,14 @@ impl fmt::Display for Reason {
                 write!(
                     f,
                     "implausible motion of {speed_m_s:.2} m/s and {rate_rad_s:.2} rad/s"
+                )
+            }
+            Self::Divided { share } => {
+                write!(
+                    f,
+                    "two parts of the scene move differently ({:.0} % of the domains follow another \
+                     motion)",
+                    100.0 * share
                 )
             }
             Self::NotConverged => write!(f, "the solve did not converge"),

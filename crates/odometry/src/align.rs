@@ -5,6 +5,7 @@ use crate::Result;
 use crate::binning::InverseDepth;
 use crate::brightness::{Brightness, GreyPyramid, Images};
 use crate::config::Config;
+use crate::dissent::Dissent;
 use crate::pyramid::{FramePyramid, LevelStack};
 use crate::robust::{Prior, RobustSolver, Solution};
 use crate::row_motion::{self, RollingShutter, RowMotion};
@@ -72,6 +73,8 @@ pub(crate) struct Alignment {
     pub(crate) overlap: f64,
     /// Median displacement, pixels of the full image.
     pub(crate) flow_px: f64,
+    /// What moves otherwise.
+    pub(crate) dissent: Dissent,
     /// False where the steps still grew.
     pub(crate) settled: bool,
     pub(crate) solves: usize,
@@ -147,8 +150,11 @@ impl Aligner {
         }
         let (overlap, flow_px) = self.overlap_and_flow(task.first, &motion);
         let solution = last.ok_or((Reason::NotConverged, known_share))?;
+        let moved_m = size_m(&se3::log(&motion), solution.mean_range_m);
+        let dissent = self.solver.dissent(config, &solution, moved_m);
         Ok(Alignment {
             motion,
+            dissent,
             solution,
             scale_at_start,
             known_share,

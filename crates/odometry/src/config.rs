@@ -78,6 +78,10 @@ pub struct Config {
     pub max_unexplained_share: f64,
     /// Largest robust residual of any rigid motion, in units of `domain_noise`.
     pub max_residual_scale: f64,
+    /// From this share of the domains on that clearly follow a second motion, the scene counts as
+    /// divided. Static scenes stay below it: the distortion of a real depth camera, and a rolling
+    /// shutter, draw up to some 0.2 of the domains into a feigned second motion.
+    pub max_divided_share: f64,
     /// Smallest share of blocks known in both images.
     pub min_known_share: f64,
     /// Smallest number of usable domains.
@@ -125,6 +129,7 @@ impl Default for Config {
             good_residual_scale: 5.0,
             max_unexplained_share: 0.5,
             max_residual_scale: 20.0,
+            max_divided_share: 0.2,
             min_known_share: 0.1,
             min_domains: 40,
             weak_score: 0.03,
@@ -205,6 +210,7 @@ impl Config {
             ("max_jump", self.max_jump),
             ("domain_known_share", self.domain_known_share),
             ("max_unexplained_share", self.max_unexplained_share),
+            ("max_divided_share", self.max_divided_share),
             ("min_known_share", self.min_known_share),
             ("brightness_weight", self.brightness_weight),
             ("weak_score", self.weak_score),

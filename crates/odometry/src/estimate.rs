@@ -40,6 +40,10 @@ pub struct VelocityEstimate {
     pub flow_px: f64,
     /// Share of the domains that do not move with the rest: moving objects and what they hide.
     pub rejected_share: f64,
+    /// Share of the domains that clearly follow one other rigid motion rather than the one found:
+    /// a large moving object, or the world behind it. From [`Config::max_divided_share`] on the
+    /// status is weak; the covariance reaches to both motions.
+    pub divided_share: f64,
     /// Usable domains.
     pub domains: usize,
     /// Robust residual in units of [`Config::domain_noise`]; NaN where nothing was solved.
@@ -254,8 +258,10 @@ pub(crate) fn judge_motion(
     VelocityEstimate {
         status,
         twist: has_twist.then_some(twist),
-        covariance: has_twist
-            .then(|| formal + covariance_floor(config, &twist, dt_s, solution.mean_range_m)),
+        covariance: has_twist.then(|| {
+            let floor = covariance_floor(config, &twist, dt_s, solution.mean_range_m);
+            formal + floor + doubt(alignment, dt_s)
+        }),
         score: solution.spectrum.score(),
         weak_directions: solution.spectrum.weak_directions(
             &formal,
@@ -266,6 +272,7 @@ pub(crate) fn judge_motion(
         overlap: alignment.overlap,
         flow_px: alignment.flow_px,
         rejected_share: solution.rejected_share,
+        divided_share: alignment.dissent.share,
         domains: solution.domains,
         residual_scale: solution.scale,
         mean_range_m: solution.mean_range_m,
@@ -288,7 +295,16 @@ pub(crate) fn formal_covariance(config: &Config, alignment: &Alignment, dt_s: f6
 pub(crate) fn keyframe_covariance(config: &Config, alignment: &Alignment) -> Matrix6<f64> {
     let twist = twist_from_pose(&alignment.motion, 1.0);
     let range_m = alignment.solution.mean_range_m;
-    formal_covariance(config, alignment, 1.0) + covariance_floor(config, &twist, 1.0, range_m)
+    formal_covariance(config, alignment, 1.0)
+        + covariance_floor(config, &twist, 1.0, range_m)
+        + doubt(alignment, 1.0)
+}
+
+/// Where the scene moves as two, the motion sought may be either's: the part of a mixture's covariance
+/// that is due to their distance.
+fn doubt(alignment: &Alignment, dt_s: f64) -> Matrix6<f64> {
+    let step = alignment.dissent.step / dt_s;
+    step * step.transpose() * alignment.dissent.share
 }
 
 fn status(config: &Config, alignment: &Alignment, twist: &Twist) -> TrackStatus {
@@ -308,6 +324,10 @@ fn status(config: &Config, alignment: &Alignment, twist: &Twist) -> TrackStatus 
         })
     } else if !alignment.settled {
         TrackStatus::Lost(Reason::NotConverged)
+    } else if alignment.dissent.share >= config.max_divided_share {
+        TrackStatus::Weak(Reason::Divided {
+            share: alignment.dissent.share,
+        })
     } else if score < config.weak_score || solution.spectrum.rank(solution.cut) < 6 {
         TrackStatus::Weak(Reason::Unobservable { score })
     } else {
@@ -327,6 +347,7 @@ impl VelocityEstimate {
             overlap: f64::NAN,
             flow_px: f64::NAN,
             rejected_share: f64::NAN,
+            divided_share: f64::NAN,
             domains: 0,
             residual_scale: f64::NAN,
             mean_range_m: f64::NAN,

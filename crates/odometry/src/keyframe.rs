@@ -64,4 +64,6 @@ pub(crate) struct LastFrame {
     pub(crate) twist: Twist,
     /// True where it is the keyframe itself.
     pub(crate) is_keyframe: bool,
+    /// Its scene was divided: what it says of the motion may be that of an object.
+    pub(crate) divided: bool,
 }

@@ -11,6 +11,7 @@ mod brightness;
 mod config;
 mod depth_image;
 mod direction_name;
+mod dissent;
 mod error;
 mod estimate;
 mod graph;

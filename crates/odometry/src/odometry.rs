@@ -250,6 +250,7 @@ impl DepthOdometry {
             image: std::mem::take(&mut self.current),
             twist: Twist::default(),
             is_keyframe: true,
+            divided: false,
         };
         let image = self.last.image.clone();
         self.set_keyframe(image, self.last_pose, self.config.readout_s == 0.0);
@@ -276,7 +277,7 @@ impl DepthOdometry {
         }
         let predicted = self.last.pose * pose_from_twist(&twist, dt_s);
         // Where nothing predicts the motion, something that moves on its own may look as right.
-        let unknown = self.last.twist == Twist::default();
+        let unknown = self.last.twist == Twist::default() || self.last.divided;
         let mut found = self.align(dt_s, predicted, unknown);
         if let (Ok(measured), Some(false)) =
             (&found, self.keyframe.as_ref().map(|k| k.shutter_undone))
@@ -369,6 +370,14 @@ impl DepthOdometry {
                 scale: alignment.solution.scale,
             });
         }
+        if self.last.divided
+            && estimate.status == TrackStatus::Tracked
+            && estimate.divided_share > STILL_DIVIDED * config.max_divided_share
+        {
+            estimate.status = TrackStatus::Weak(Reason::Divided {
+                share: estimate.divided_share,
+            });
+        }
         if !estimate.status.has_pose() {
             return Err(Box::new(estimate));
         }
@@ -451,6 +460,10 @@ impl DepthOdometry {
         self.last.pose = measured.pose;
         self.last.twist = twist_from_pose(&step, dt_s);
         self.last.is_keyframe = false;
+        self.last.divided = matches!(
+            measured.estimate.status,
+            TrackStatus::Weak(Reason::Divided { .. })
+        );
         self.last_pose = measured.pose;
         self.result(stamp, measured.estimate.status, Some(measured))
     }
@@ -505,5 +518,7 @@ impl DepthOdometry {
 
 /// A rotation held fixed: small beside what images can tell, and far from rounding errors, rad/s.
 const LEAST_GYRO_STD: f64 = 1e-5;
+/// A scene that was divided stays so until fewer domains, by this factor, follow another motion.
+const STILL_DIVIDED: f64 = 0.5;
 /// Longer than any camera takes for an image.
 const MAX_READOUT_S: f64 = 0.2;

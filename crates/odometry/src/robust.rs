@@ -1,6 +1,7 @@
 //! The robust solution of the domains' balances for one twist.
 
 use crate::config::Config;
+use crate::dissent::{self, Dissent, Found};
 use crate::observability::{Cut, Spectrum};
 use crate::tiling::Tiling;
 use crate::weak_form::CellSums;
@@ -9,7 +10,7 @@ use nalgebra::{Matrix6, Vector6};
 /// Cauchy's constant in units of the median absolute residual's sigma: 95 % efficiency.
 const CAUCHY: f64 = 2.385;
 /// Sigma of a normal distribution over its median absolute deviation.
-const SIGMA_PER_MAD: f64 = 1.4826;
+pub(crate) const SIGMA_PER_MAD: f64 = 1.4826;
 /// Exact data must not turn rounding errors into outliers: smallest scale in units of the noise.
 const SMALLEST_SCALE: f64 = 1e-4;
 /// On depth without noise the domains of the largest plane fit exactly and would alone have a
@@ -36,8 +37,15 @@ const SAMPLE_SCORE: f64 = 0.1;
 /// images (radians and metres), per unit of solid angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
-    change: f64,
-    coefficients: Vector6<f64>,
+    pub(crate) change: f64,
+    pub(crate) coefficients: Vector6<f64>,
+}
+
+impl Row {
+    /// What `twist` leaves.
+    pub(crate) fn residual(&self, twist: &Vector6<f64>) -> f64 {
+        self.change - self.coefficients.dot(twist)
+    }
 }
 
 /// What is known of the motion apart from the images.
@@ -103,6 +111,22 @@ pub(crate) struct RobustSolver {
 }
 
 impl RobustSolver {
+    /// A part that moves otherwise than the solution, in the rows taken last.
+    pub(crate) fn dissent(
+        &mut self,
+        config: &Config,
+        solution: &Solution,
+        moved_m: f64,
+    ) -> Dissent {
+        let found = Found {
+            twist: solution.twist,
+            sigma: solution.scale * config.domain_noise,
+            moved_m,
+            range_m: self.mean_range_m,
+        };
+        dissent::dissent(config, &self.rows, &found, &mut self.sorted)
+    }
+
     /// Takes the usable domains; returns how many there are. Every domain weighs the same per
     /// domain mean: the noise of depth cameras is correlated, so that a larger mean is hardly
     /// better than a smaller one. Where the noise depends on the distance, rows are divided by its
@@ -176,7 +200,7 @@ impl RobustSolver {
         let (mut squares, mut rejected) = (0.0, 0);
         for row in &self.rows {
             let weight = cauchy(row, &twist, scale);
-            squares += weight * residual(row, &twist).powi(2);
+            squares += weight * row.residual(&twist).powi(2);
             rejected += usize::from(cauchy(row, &twist, scale.max(noise)) < REJECTED);
         }
         let freedom = self.rows.len().saturating_sub(6).max(1) as f64;
@@ -268,7 +292,7 @@ impl RobustSolver {
     fn scale(&mut self, twist: &Vector6<f64>) -> f64 {
         self.sorted.clear();
         self.sorted
-            .extend(self.rows.iter().map(|row| residual(row, twist).abs()));
+            .extend(self.rows.iter().map(|row| row.residual(twist).abs()));
         let middle = self.sorted.len() / 2;
         if self.sorted.is_empty() {
             return 0.0;
@@ -278,11 +302,7 @@ impl RobustSolver {
     }
 }
 
-fn residual(row: &Row, twist: &Vector6<f64>) -> f64 {
-    row.change - row.coefficients.dot(twist)
-}
-
 fn cauchy(row: &Row, twist: &Vector6<f64>, scale: f64) -> f64 {
-    let ratio = residual(row, twist) / (CAUCHY * scale);
+    let ratio = row.residual(twist) / (CAUCHY * scale);
     1.0 / (1.0 + ratio * ratio)
 }

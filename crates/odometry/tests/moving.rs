@@ -6,7 +6,7 @@ mod scene;
 
 use nalgebra::{Vector2, Vector3};
 use scene::{DT_S, Scene, pinhole, twist};
-use sphereflow_core::{DepthMap, Plane, Pose, Stamp, TrackStatus, Twist};
+use sphereflow_core::{DepthMap, Plane, Pose, Reason, Stamp, TrackStatus, Twist};
 use sphereflow_odometry::{
     Config, DepthOdometry, OdometryConfig, VelocityEstimate, estimate_velocity, pose_from_twist,
 };
@@ -114,8 +114,9 @@ fn estimate_with_a_person_in_a_part_of_the_view_is_right_and_reports_the_share()
                 let (found, covered) = measure(&Person::covering(share, walk), &motion);
                 let missed = found.twist.map(|t| (t.vector() - motion.vector()).norm());
                 println!(
-                    "{covered:.2} of the view, walk {k}, motion {m}: {}, off by {missed:.4?}, rejected {:.2}",
-                    found.status, found.rejected_share
+                    "{covered:.2} of the view, walk {k}, motion {m}: {}, off by {missed:.4?}, rejected {:.2}, \
+                     divided {:.2}",
+                    found.status, found.rejected_share, found.divided_share
                 );
                 // Not all of the person is at odds with the room in every walk: what moves along
                 // itself is not. A domain on the border counts whole.
@@ -133,30 +134,45 @@ fn estimate_with_a_person_in_a_part_of_the_view_is_right_and_reports_the_share()
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// A goal, not yet met: from two images alone whoever fills more than some third of the view, the
-/// domains on the outline included, looks like the world. Run it to see how far off it is.
+/// Two images alone do not say which of two motions is the camera's: the estimate must say that it
+/// does not know, and its covariance must reach to the truth.
 #[test]
-#[ignore = "not met: two depth images alone do not tell a large person from the world"]
 fn estimate_with_a_person_in_half_of_the_view_is_right_or_says_why_not() {
-    let (mut right, mut wrong) = (0, 0);
-    let mut all = 0;
-    for share in [0.4, 0.45, 0.5, 0.55, 0.6, 0.7] {
+    /// Squared error over covariance, six degrees of freedom: beyond any chance.
+    const FAR: f64 = 40.0;
+    let (mut right, mut divided, mut all) = (0, 0, 0);
+    let mut wrong = Vec::new();
+    for share in [0.4, 0.45, 0.5, 0.55, 0.6] {
         for (k, walk) in walks().into_iter().enumerate() {
             for (m, motion) in camera_motions().into_iter().enumerate() {
                 let (found, covered) = measure(&Person::covering(share, walk), &motion);
                 let good = is_right(&found, &motion);
+                let far = found
+                    .twist
+                    .zip(found.covariance)
+                    .map(|(twist, covariance)| {
+                        let error = twist.vector() - motion.vector();
+                        error.dot(&(covariance.try_inverse().unwrap() * error))
+                    });
                 println!(
-                    "{covered:.2} of the view, walk {k}, motion {m}: {} right {good}, rejected {:.2}",
-                    found.status, found.rejected_share
+                    "{covered:.2} of the view, walk {k}, motion {m}: {}, right {good}, divided {:.2}, \
+                     squared error over covariance {far:.1?}",
+                    found.status, found.divided_share
                 );
-                wrong += usize::from(!good && found.status == TrackStatus::Tracked);
-                all += 1;
                 right += usize::from(good);
+                divided += usize::from(matches!(
+                    found.status,
+                    TrackStatus::Weak(Reason::Divided { .. })
+                ));
+                all += 1;
+                if !good && (found.status == TrackStatus::Tracked || far.is_some_and(|f| f > FAR)) {
+                    wrong.push((share, k, m));
+                }
             }
         }
     }
-    println!("{right} of {all} right, {wrong} wrong and claimed");
-    assert_eq!(wrong, 0);
+    println!("{right} of {all} right, {divided} called divided");
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 /// The same, frame after frame: poses that are claimed are right.
@@ -164,7 +180,7 @@ fn estimate_with_a_person_in_half_of_the_view_is_right_or_says_why_not() {
 fn odometry_with_a_person_walking_through_is_right_or_says_why_not() {
     const FRAME_NS: i64 = 33_333_333;
     let motion = twist([0.1, -0.2, 0.1, 0.1, -0.05, 0.1]);
-    for share in [0.15, 0.2] {
+    for share in [0.15, 0.2, 0.3, 0.4, 0.5] {
         let mut person = Person::covering(share, Vector3::new(0.9, 0.0, 0.0));
         person.centre.x -= 0.8; // walks in from the left
         let mut odometry = DepthOdometry::new(&pinhole(), OdometryConfig::default()).unwrap();

@@ -145,6 +145,16 @@ impl PyOdometryResult {
             .map_or(f64::NAN, |estimate| estimate.rejected_share)
     }
 
+    /// Share of the domains that clearly follow one other rigid motion: a large moving object, or
+    /// the world behind it; NaN where not measured.
+    #[getter]
+    fn divided_share(&self) -> f64 {
+        self.0
+            .estimate
+            .as_ref()
+            .map_or(f64::NAN, |estimate| estimate.divided_share)
+    }
+
     /// Grows by one where the chain of measurements breaks.
     #[getter]
     fn segment(&self) -> u32 {

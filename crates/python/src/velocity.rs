@@ -153,6 +153,13 @@ impl PyVelocityEstimate {
         self.0.rejected_share
     }
 
+    /// Share of the domains that clearly follow one other rigid motion: a large moving object, or
+    /// the world behind it; NaN where not measured.
+    #[getter]
+    fn divided_share(&self) -> f64 {
+        self.0.divided_share
+    }
+
     /// Usable domains.
     #[getter]
     fn domains(&self) -> usize {
