@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sphereflow as sf
 from sphereflow.cli.app import app
-from sphereflow.solver import BundleProblem, PoseGraph
+from sphereflow.solver import BundleProblem, PoseGraph, SimilarityGraph
 from typer.testing import CliRunner
 
 BAL = """2 4 8
@@ -97,6 +97,84 @@ def test_problem_with_bad_arguments_names_them() -> None:
         problem.add_pixels([-1], [0], [[1, 1]])
     with pytest.raises(sf.ValueRangeError, match="loss"):
         problem.set_loss("huber", -1.0)
+
+
+def test_inverse_ranges_and_attitude_prior_take_part() -> None:
+    camera = sf.Camera.pinhole(300, 300, 160, 120, 320, 240)
+    problem = BundleProblem()
+    problem.add_camera(camera)
+    rng = np.random.default_rng(2)
+    points = rng.uniform([-1, -1, 3], [1, 1, 5], (40, 3))
+    problem.add_points(points * 1.1)
+    for k in range(2):
+        pose = np.eye(4)
+        pose[0, 3] = 0.3 * k
+        problem.add_pose(pose * 1.0 if k == 0 else pose, fixed=k == 0)
+        seen = points - pose[:3, 3]
+        pixel = 300 * seen[:, :2] / seen[:, 2:] + [160, 120]
+        index = np.arange(40)
+        problem.add_pixels(np.full(40, k), index, pixel)
+        ranges = np.linalg.norm(seen, axis=1)
+        problem.add_inverse_ranges(np.full(40, k), index, 1 / ranges, sigma=0.01)
+    problem.add_attitude_prior(1, np.eye(4), np.eye(3) * 1e-4)
+    result = problem.solve(max_iterations=50, function_tolerance=1e-12)
+    assert result.converged
+    assert result.issues == []
+    assert np.allclose(problem.points_m, points, atol=1e-5)
+    with pytest.raises(sf.ValueRangeError, match="inv_range"):
+        problem.add_inverse_ranges([0], [0], [-1.0], sigma=0.1)
+    with pytest.raises(sf.ValueRangeError, match="covariance"):
+        problem.add_attitude_prior(0, np.eye(4), np.zeros((3, 3)))
+
+
+def turned(roll: float, yaw: float) -> np.ndarray:
+    c, s = np.cos(roll), np.sin(roll)
+    about_z = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    c, s = np.cos(yaw), np.sin(yaw)
+    about_y = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    pose = np.eye(4)
+    pose[:3, :3] = about_y @ about_z
+    return pose
+
+
+def test_gravity_and_yaw_turn_a_graph_upright() -> None:
+    graph = PoseGraph()
+    truth, wrong = turned(0.0, 0.0), turned(0.2, -0.3)
+    graph.add_node(wrong)
+    graph.add_node(wrong)
+    graph.add_edge(0, 1, np.eye(4), np.eye(6))
+    graph.add_prior(0, wrong, np.diag([1e-6] * 3 + [1.0] * 3))
+    down = [0, 9.81, 0]
+    graph.add_gravity(0, down, truth[:3, :3].T @ down, sigma_rad=0.01)
+    graph.add_yaw(1, down, truth, sigma_rad=0.01)
+    assert graph.solve(function_tolerance=1e-12).converged
+    assert np.allclose(graph.nodes[:, :3, :3], np.eye(3), atol=1e-4)
+    with pytest.raises(sf.ValueRangeError, match="sigma_rad"):
+        graph.add_gravity(0, down, down, sigma_rad=0.0)
+    with pytest.raises(sf.ValueRangeError, match="axis"):
+        graph.add_yaw(0, [0, 0, 0], truth, sigma_rad=1.0)
+
+
+def test_similarity_graph_spreads_the_drift_of_scale() -> None:
+    graph, count, grow = SimilarityGraph(), 8, 1.05
+    step = turned(0.0, 2 * np.pi / count)
+    step[0, 3] = 1.0
+    drifting = step.copy()
+    drifting[:3, :3] *= grow
+    node = np.eye(4)
+    for k in range(count):
+        graph.add_node(node, fixed=k == 0)
+        node = node @ drifting
+    for k in range(count - 1):
+        graph.add_edge(k, k + 1, drifting, np.eye(7))
+    graph.add_edge(count - 1, 0, step, np.eye(7) * 1e6, loop_closure=True)
+    result = graph.solve(function_tolerance=1e-12)
+    assert result.converged
+    scale = np.cbrt(np.linalg.det(graph.nodes[:, :3, :3]))
+    # what drifted by 5 % from step to step is the size of the first node again at the end
+    assert scale[-1] == pytest.approx(1.0, abs=1e-3)
+    with pytest.raises(sf.ValueRangeError, match="scale"):
+        graph.add_node(-np.eye(4))
 
 
 def test_graph_with_wrong_loops_is_switched() -> None:

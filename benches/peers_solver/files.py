@@ -11,6 +11,7 @@ the gauge.
 from __future__ import annotations
 
 import argparse
+import os
 
 import numpy as np
 from sphereflow.solver import BundleProblem
@@ -82,6 +83,8 @@ def main() -> None:
     parser.add_argument("files", nargs="+")
     parser.add_argument("--threads", type=int, default=1)
     arguments = parser.parse_args()
+    # some wheels decide for themselves how many threads they start: everybody gets as many cores
+    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: arguments.threads])
     for file in arguments.files:
         problem = BundleProblem.read(file)
         result = problem.solve(

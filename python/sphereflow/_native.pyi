@@ -36,6 +36,7 @@ __all__ = [
     "RecordingWriter",
     "SelfCalibration",
     "SelfCalibrator",
+    "SimilarityGraph",
     "SimulatedFrame",
     "SimulatedFrames",
     "Simulator",
@@ -700,6 +701,12 @@ class BundleProblem:
     def add_point_measurements(
         self, pose: ArrayLike, point: ArrayLike, point_in_camera_m: ArrayLike, *, sigma_m: float
     ) -> None: ...
+    def add_inverse_ranges(
+        self, pose: ArrayLike, point: ArrayLike, inv_range: ArrayLike, *, sigma: float
+    ) -> None: ...
+    def add_attitude_prior(
+        self, pose: int, world_from_camera: ArrayLike, covariance: ArrayLike
+    ) -> None: ...
     def add_pose_prior(
         self, pose: int, world_from_camera: ArrayLike, covariance: ArrayLike
     ) -> None: ...
@@ -749,6 +756,13 @@ class PoseGraph:
         *,
         loop_closure: bool = False,
     ) -> int: ...
+    def add_prior(self, node: int, world_from_body: ArrayLike, information: ArrayLike) -> None: ...
+    def add_gravity(
+        self, node: int, world: ArrayLike, body: ArrayLike, *, sigma_rad: float
+    ) -> None: ...
+    def add_yaw(
+        self, node: int, axis: ArrayLike, world_from_body: ArrayLike, *, sigma_rad: float
+    ) -> None: ...
     def solve(
         self,
         *,
@@ -766,6 +780,40 @@ class PoseGraph:
     def truth(self) -> _Floats: ...
     @property
     def edges(self) -> tuple[NDArray[np.int64], NDArray[np.int64], _Floats]: ...
+
+@final
+class SimilarityGraph:
+    def __new__(cls) -> SimilarityGraph: ...
+    def add_node(self, world_from_body: ArrayLike, *, fixed: bool = False) -> int: ...
+    def add_edge(
+        self,
+        first: int,
+        second: int,
+        first_from_second: ArrayLike,
+        information: ArrayLike,
+        *,
+        loop_closure: bool = False,
+    ) -> int: ...
+    def add_prior(self, node: int, world_from_body: ArrayLike, information: ArrayLike) -> None: ...
+    def add_gravity(
+        self, node: int, world: ArrayLike, body: ArrayLike, *, sigma_rad: float
+    ) -> None: ...
+    def add_yaw(
+        self, node: int, axis: ArrayLike, world_from_body: ArrayLike, *, sigma_rad: float
+    ) -> None: ...
+    def solve(
+        self,
+        *,
+        switch: Literal["off", "gnc", "dcs"] = "off",
+        threshold: float = 16.8,
+        max_iterations: int = 100,
+        function_tolerance: float = 1e-6,
+        parameter_tolerance: float = 1e-8,
+        time_budget_s: float | None = None,
+        threads: int = 0,
+    ) -> SolverResult: ...
+    @property
+    def nodes(self) -> _Floats: ...
 
 @final
 class SolverResult:

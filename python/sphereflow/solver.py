@@ -1,5 +1,5 @@
 """Bundle adjustment and pose graphs: the best poses and points for all measurements together."""
 
-from sphereflow._native import BundleProblem, PoseGraph, SolverResult
+from sphereflow._native import BundleProblem, PoseGraph, SimilarityGraph, SolverResult
 
-__all__ = ["BundleProblem", "PoseGraph", "SolverResult"]
+__all__ = ["BundleProblem", "PoseGraph", "SimilarityGraph", "SolverResult"]

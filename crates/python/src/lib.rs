@@ -15,7 +15,6 @@ mod information;
 mod navigation;
 mod observers;
 mod odometry;
-mod pose_graph;
 mod range_flow;
 mod recording;
 mod self_calibration;
@@ -62,8 +61,6 @@ mod _native {
     #[pymodule_export]
     use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
     #[pymodule_export]
-    use crate::pose_graph::PyPoseGraph;
-    #[pymodule_export]
     use crate::range_flow::PyRangeFlow;
     #[pymodule_export]
     use crate::recording::{PyRecording, PyRecordingWriter, py_open_recording};
@@ -76,7 +73,7 @@ mod _native {
     #[pymodule_export]
     use crate::slam::PyVoxelCloud;
     #[pymodule_export]
-    use crate::solver::{PyBundleProblem, PySolverResult};
+    use crate::solver::{PyBundleProblem, PyPoseGraph, PySimilarityGraph, PySolverResult};
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
     #[pymodule_export]

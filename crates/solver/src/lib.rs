@@ -3,6 +3,8 @@
 //! [`minimise`] is Levenberg-Marquardt for any [`System`].
 
 pub mod bundle;
+#[cfg(test)]
+mod dual;
 mod error;
 pub mod generate;
 pub mod graph;

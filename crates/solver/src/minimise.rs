@@ -1,7 +1,8 @@
 //! Levenberg-Marquardt: gain-ratio control of the damping, and the stop rules.
 //!
 //! Thesis: section 8.4.2. The damping follows Nielsen's rule, as in Ceres: after a step with gain
-//! ratio `rho` lambda is multiplied by `max(1/3, 1 - (2 rho - 1)^3)`; after a refused one by 2, 4, 8...
+//! ratio `rho` lambda is multiplied by `max(1/3, 1 - (2 rho - 1)^3)` (by 0.1 where `rho` is within 0.1
+//! of 1); after a refused one by 2, 4, 8...
 
 use crate::options::{Damping, Options};
 use crate::summary::{Iteration, StopReason, Summary};
@@ -12,6 +13,8 @@ use std::time::Instant;
 const MAX_LAMBDA: f64 = 1e32;
 /// Steps refused one after the other before the state is called the best.
 const MAX_REFUSED: usize = 30;
+/// A model whose promise is kept so well can be believed further than Nielsen's rule does.
+const FAITHFUL: f64 = 0.1;
 const MIN_LAMBDA: f64 = 1e-20;
 
 /// A damped step.
@@ -51,6 +54,14 @@ pub fn damping_term(damping: Damping, lambda: f64, diagonal: f64) -> f64 {
         Damping::Identity => lambda,
         Damping::Marquardt => lambda * diagonal.clamp(1e-6, 1e32),
     }
+}
+
+/// What the damping is multiplied by after a step that was taken.
+fn shrinkage(gain: f64) -> f64 {
+    if (gain - 1.0).abs() <= FAITHFUL {
+        return 0.1;
+    }
+    (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0)
 }
 
 /// Minimise from the current state on. The state never gets worse, and stays finite.
@@ -155,8 +166,7 @@ impl Run<'_> {
         if taken {
             system.accept();
             self.summary.final_cost = cost - decrease;
-            self.lambda = (lambda * (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0))
-                .clamp(MIN_LAMBDA, MAX_LAMBDA);
+            self.lambda = (lambda * shrinkage(gain)).clamp(MIN_LAMBDA, MAX_LAMBDA);
             self.growth = 2.0;
             self.refused = 0;
             self.record(here, step.norm, decrease, gain, lambda, true);

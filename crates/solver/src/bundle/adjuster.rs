@@ -2,17 +2,18 @@
 
 use super::assembly::Assembly;
 use super::chunk::{Chunk, NONE, Scene};
+use super::inertial::Motion;
 use super::intrinsics::Intrinsics;
 use super::issue::Issue;
-use super::layout::{Layout, layout};
+use super::layout::{Elimination, Layout, layout};
 use super::problem::BundleProblem;
+use super::reverse::Reverse;
 use super::state::ViewPose;
 use crate::linear::{BlockSolver, LinearSolver};
 use crate::minimise::{Step, System, minimise};
 use crate::options::{Damping, Options};
 use crate::summary::{StopReason, Summary};
 use crate::{Error, Result};
-use nalgebra::Vector6;
 use rayon::prelude::*;
 use std::ops::Deref;
 use std::time::Duration;
@@ -43,11 +44,14 @@ pub struct BundleAdjuster {
     pub(super) layout: Layout,
     pub(super) assembly: Assembly,
     pub(super) solver: BlockSolver,
+    pub(super) reverse: Option<Reverse>,
     pub(super) poses: Vec<ViewPose>,
-    candidate_poses: Vec<ViewPose>,
+    pub(super) candidate_poses: Vec<ViewPose>,
     pub(super) intrinsics: Vec<Intrinsics>,
-    candidate_intrinsics: Vec<Intrinsics>,
-    eliminated: Option<(Damping, f64)>,
+    pub(super) candidate_intrinsics: Vec<Intrinsics>,
+    pub(super) motions: Vec<Motion>,
+    pub(super) candidate_motions: Vec<Motion>,
+    pub(super) eliminated: Option<(Damping, f64)>,
 }
 
 /// Adjust a problem in place. Thesis: section 8.4.2.
@@ -69,7 +73,15 @@ impl BundleAdjuster {
     /// Lay the problem out. What it is measured by, what is fixed and what is left out as not seen
     /// stays as it is from here on.
     pub fn new(problem: BundleProblem, linear_solver: LinearSolver) -> Self {
-        let layout = layout(&problem);
+        Self::with_elimination(problem, linear_solver, Elimination::Auto)
+    }
+
+    pub(super) fn with_elimination(
+        problem: BundleProblem,
+        linear_solver: LinearSolver,
+        elimination: Elimination,
+    ) -> Self {
+        let layout = layout(&problem, elimination);
         let poses: Vec<ViewPose> = problem
             .views
             .iter()
@@ -77,11 +89,14 @@ impl BundleAdjuster {
             .collect();
         Self {
             assembly: Assembly::new(&layout),
+            reverse: (layout.reversed).then(|| Reverse::new(&layout, linear_solver)),
             solver: BlockSolver::new(&layout.pattern, linear_solver),
             candidate_poses: poses.clone(),
             poses,
             intrinsics: problem.intrinsics.clone(),
             candidate_intrinsics: problem.intrinsics.clone(),
+            motions: problem.inertial.motions.clone(),
+            candidate_motions: problem.inertial.motions.clone(),
             eliminated: None,
             layout,
             problem,
@@ -156,7 +171,7 @@ impl BundleAdjuster {
         Ok(BundleSummary {
             summary,
             issues: self.layout.issues.clone(),
-            linear_solver: self.solver.kind(),
+            linear_solver: (self.reverse.as_ref()).map_or(self.solver.kind(), Reverse::kind),
         })
     }
 
@@ -166,6 +181,8 @@ impl BundleAdjuster {
             *pose = ViewPose::from_world_from_camera(&view.world_from_camera);
         }
         self.candidate_poses.copy_from_slice(&self.poses);
+        self.motions.copy_from_slice(&self.problem.inertial.motions);
+        self.candidate_motions.copy_from_slice(&self.motions);
         for chunk in &mut self.layout.chunks {
             for (current, &point) in chunk.current.iter_mut().zip(&chunk.points) {
                 *current = self.problem.points[point as usize].position;
@@ -174,6 +191,7 @@ impl BundleAdjuster {
     }
 
     fn store(&mut self) {
+        self.problem.inertial.motions.copy_from_slice(&self.motions);
         for (view, (pose, &block)) in
             (self.problem.views.iter_mut()).zip(self.poses.iter().zip(&self.layout.view_block))
         {
@@ -194,10 +212,14 @@ impl BundleAdjuster {
     }
 
     fn evaluate(&mut self, candidate: bool) -> Option<f64> {
-        let (poses, intrinsics) = if candidate {
-            (&self.candidate_poses, &self.candidate_intrinsics)
+        let (poses, intrinsics, motions) = if candidate {
+            (
+                &self.candidate_poses,
+                &self.candidate_intrinsics,
+                &self.candidate_motions,
+            )
         } else {
-            (&self.poses, &self.intrinsics)
+            (&self.poses, &self.intrinsics, &self.motions)
         };
         let scene = Scene {
             poses,
@@ -208,7 +230,8 @@ impl BundleAdjuster {
             .chunks
             .par_iter_mut()
             .for_each(|chunk| chunk.evaluate(&scene, candidate));
-        let mut cost = self.assembly.prior_cost(&self.problem.priors, poses);
+        let mut cost = self.assembly.prior_cost(&self.problem.priors, poses)
+            + self.problem.inertial.cost(poses, motions);
         for chunk in &self.layout.chunks {
             cost += chunk.cost?;
         }
@@ -246,33 +269,22 @@ impl BundleAdjuster {
         nalgebra::DVector::from_vec(all)
     }
 
+    /// The cost of the present state.
+    #[cfg(test)]
+    pub(super) fn solve_nothing(&mut self) -> f64 {
+        self.load();
+        self.cost().unwrap_or(f64::NAN)
+    }
+
+    #[cfg(test)]
+    pub(super) fn is_reversed(&self) -> bool {
+        self.reverse.is_some()
+    }
+
     #[cfg(test)]
     pub(super) fn accept_blocks(&mut self) {
         std::mem::swap(&mut self.poses, &mut self.candidate_poses);
         std::mem::swap(&mut self.intrinsics, &mut self.candidate_intrinsics);
-    }
-
-    /// Moves poses and intrinsics to the candidate; false where no camera has such intrinsics.
-    pub(super) fn move_blocks(&mut self) -> bool {
-        let pattern = &self.layout.pattern;
-        for (view, &block) in self.layout.view_block.iter().enumerate() {
-            if block != NONE {
-                let start = pattern.start(block as usize);
-                let twist = Vector6::from_column_slice(&self.assembly.step[start..start + 6]);
-                self.candidate_poses[view] = self.poses[view].moved_by(&twist);
-            }
-        }
-        for (camera, &block) in self.layout.camera_block.iter().enumerate() {
-            if block != NONE {
-                let (start, size) = (pattern.start(block as usize), pattern.size(block as usize));
-                let step = &self.assembly.step[start..start + size];
-                let next = &mut self.candidate_intrinsics[camera];
-                if self.intrinsics[camera].moved_by(step, next).is_err() {
-                    return false;
-                }
-            }
-        }
-        true
     }
 }
 
@@ -293,6 +305,9 @@ impl System for BundleAdjuster {
         });
         self.assembly
             .gather(&self.layout, &self.problem.priors, &self.poses);
+        let state = (&self.poses[..], &self.motions[..]);
+        self.assembly
+            .gather_inertial(&self.layout, &self.problem.inertial, state);
         self.eliminated = Some((damping, lambda));
         let points = self.layout.chunks.iter().map(|chunk| chunk.gradient_max);
         let blocks = self.assembly.gradient.iter().map(|g| g.abs());
@@ -300,46 +315,10 @@ impl System for BundleAdjuster {
     }
 
     fn step(&mut self, damping: Damping, lambda: f64) -> Option<Step> {
-        let pattern = &self.layout.pattern;
-        if self.eliminated != Some((damping, lambda)) {
-            self.layout
-                .chunks
-                .par_iter_mut()
-                .for_each(|chunk| chunk.eliminate(pattern, damping, lambda));
-            self.eliminated = Some((damping, lambda));
-        }
-        if self.layout.chunks.iter().any(|chunk| chunk.singular) {
+        if !self.solve_blocks(damping, lambda) || !self.move_blocks() {
             return None;
         }
-        self.assembly.reduce(&self.layout, damping, lambda);
-        let (reduced, step) = (&self.assembly.reduced, &mut self.assembly.step);
-        let solved = pattern.blocks() == 0
-            || (self.solver.factor(pattern, reduced) && self.solver.solve(pattern, reduced, step));
-        if !solved || !self.move_blocks() {
-            return None;
-        }
-        let (pattern, step) = (&self.layout.pattern, &self.assembly.step);
-        self.layout
-            .chunks
-            .par_iter_mut()
-            .for_each(|chunk| chunk.substitute(pattern, (damping, lambda), step));
-        let (mut promised, mut squared) = self.assembly.promised(&self.layout, damping, lambda);
-        let poses = self
-            .poses
-            .iter()
-            .map(|pose| 1.0 + pose.translation.norm_squared());
-        let parameters = self.intrinsics.iter().flat_map(Intrinsics::parameters);
-        let mut state = poses.sum::<f64>() + parameters.map(|p| p * p).sum::<f64>();
-        for chunk in &self.layout.chunks {
-            promised += chunk.step.promised;
-            squared += chunk.step.squared;
-            state += chunk.step.state_squared;
-        }
-        Some(Step {
-            promised,
-            norm: squared.sqrt(),
-            state_norm: state.sqrt(),
-        })
+        Some(self.measure_step(damping, lambda))
     }
 
     fn candidate_cost(&mut self) -> Option<f64> {
@@ -348,6 +327,7 @@ impl System for BundleAdjuster {
 
     fn accept(&mut self) {
         std::mem::swap(&mut self.poses, &mut self.candidate_poses);
+        std::mem::swap(&mut self.motions, &mut self.candidate_motions);
         std::mem::swap(&mut self.intrinsics, &mut self.candidate_intrinsics);
         for chunk in &mut self.layout.chunks {
             std::mem::swap(&mut chunk.current, &mut chunk.candidate);

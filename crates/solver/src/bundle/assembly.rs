@@ -1,6 +1,7 @@
 //! The reduced system: the sums of the parts, priors and damping.
 
 use super::chunk::{Chunk, NONE};
+use super::inertial::{Block, Inertial, MOTION, Motion};
 use super::layout::Layout;
 use super::prior::{Prior, PriorScratch};
 use super::state::ViewPose;
@@ -11,6 +12,13 @@ use rayon::prelude::*;
 /// Numbers that are summed as one piece of work.
 const PIECE: usize = 1 << 15;
 
+/// A block off the diagonal: offset in the reduced matrix and so many numbers, by columns.
+struct Joint {
+    offset: usize,
+    len: usize,
+    numbers: [f64; MOTION * MOTION],
+}
+
 /// The undamped normal matrix of poses and intrinsics (direct blocks), the reduced matrix, and the
 /// vectors that belong to them.
 pub(super) struct Assembly {
@@ -18,8 +26,8 @@ pub(super) struct Assembly {
     pub reduced: Vec<f64>,
     pub gradient: Vec<f64>,
     pub step: Vec<f64>,
-    /// Priors between two poses: offset in the reduced matrix and the block, added to it undamped.
-    joint: Vec<(usize, [f64; 36])>,
+    /// What ties two blocks apart from points: added to the reduced matrix undamped.
+    joint: Vec<Joint>,
     scratch: PriorScratch,
 }
 
@@ -72,7 +80,11 @@ impl Assembly {
                         } else {
                             *matrix
                         };
-                        joint.push((offset, std::array::from_fn(|k| matrix.as_slice()[k])));
+                        joint.push(Joint {
+                            offset,
+                            len: 36,
+                            numbers: first(matrix.as_slice()),
+                        });
                     }
                 },
                 |i, vector| {
@@ -83,6 +95,50 @@ impl Assembly {
                 },
             );
         }
+    }
+
+    /// Add the inertial terms, after the others were gathered.
+    pub fn gather_inertial(
+        &mut self,
+        layout: &Layout,
+        inertial: &Inertial,
+        state: (&[ViewPose], &[Motion]),
+    ) {
+        let pattern = &layout.pattern;
+        let (direct, joint, gradient) = (&mut self.direct, &mut self.joint, &mut self.gradient);
+        let part = |m: &Block, (row, column): (u32, u32), transposed: bool| {
+            let (rows, columns) = (pattern.size(row as usize), pattern.size(column as usize));
+            let mut numbers = [0.0; MOTION * MOTION];
+            for c in 0..columns {
+                for r in 0..rows {
+                    numbers[rows * c + r] = if transposed { m[(c, r)] } else { m[(r, c)] };
+                }
+            }
+            (numbers, rows * columns)
+        };
+        inertial.linearise(
+            state,
+            (&layout.view_block, &layout.motion_block),
+            |row, column, matrix| {
+                let (low, high) = (row.min(column), row.max(column));
+                let (numbers, len) = part(matrix, (high, low), row < column);
+                if row == column {
+                    let start = layout.direct.diagonal[row as usize];
+                    add(&mut direct[start..start + len], &numbers[..len]);
+                } else if let Some(offset) = pattern.offset(high as usize, low as usize) {
+                    joint.push(Joint {
+                        offset,
+                        len,
+                        numbers,
+                    });
+                }
+            },
+            |block, vector| {
+                let start = pattern.start(block as usize);
+                let size = pattern.size(block as usize);
+                add(&mut gradient[start..start + size], vector.as_slice());
+            },
+        );
     }
 
     /// The reduced matrix and the right side (in `step`), after the parts eliminated their points.
@@ -98,8 +154,9 @@ impl Assembly {
                 &self.direct[from..from + len],
             );
         }
-        for (offset, block) in &self.joint {
-            add(&mut self.reduced[*offset..offset + 36], block);
+        for joint in &self.joint {
+            let range = joint.offset..joint.offset + joint.len;
+            add(&mut self.reduced[range], &joint.numbers[..joint.len]);
         }
         for block in 0..layout.pattern.blocks() {
             let offset = layout.pattern.diagonal(block);
@@ -129,6 +186,10 @@ impl Assembly {
         }
         (promised, squared)
     }
+}
+
+fn first(numbers: &[f64]) -> [f64; MOTION * MOTION] {
+    std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(0.0))
 }
 
 fn add(to: &mut [f64], from: &[f64]) {

@@ -78,6 +78,8 @@ pub(super) struct PointStep {
 pub(super) struct Chunk {
     pub points: Vec<u32>,
     free: Vec<bool>,
+    /// False where the points stay and the poses are eliminated.
+    eliminates: bool,
     starts: Vec<Start>,
     links: Vec<Link>,
     observations: Vec<Measurement>,
@@ -107,6 +109,14 @@ pub(super) struct Chunk {
 
 /// Building.
 impl Chunk {
+    /// Without points; they are eliminated or stay.
+    pub fn new(eliminates: bool) -> Self {
+        Self {
+            eliminates,
+            ..Self::default()
+        }
+    }
+
     fn start(&self) -> Start {
         Start {
             link: self.links.len() as u32,
@@ -162,9 +172,11 @@ impl Chunk {
                 .map(|touch| 3 * touch.size as usize)
                 .sum()
         });
-        self.y = vec![0.0; widest.max().unwrap_or(0)];
-        self.reduced = vec![0.0; pattern.len()];
-        self.rhs = vec![0.0; pattern.dimension()];
+        if self.eliminates {
+            self.y = vec![0.0; widest.max().unwrap_or(0)];
+            self.reduced = vec![0.0; pattern.len()];
+            self.rhs = vec![0.0; pattern.dimension()];
+        }
         self.gradient = vec![0.0; pattern.dimension()];
         self.direct = vec![0.0; direct.len];
     }
@@ -178,6 +190,43 @@ impl Chunk {
 impl Chunk {
     pub fn has_free_point(&self) -> bool {
         self.free.iter().any(|free| *free)
+    }
+
+    /// False where the points stay.
+    pub fn eliminates(&self) -> bool {
+        self.eliminates
+    }
+
+    /// True where the point moves.
+    pub fn is_free(&self, point: usize) -> bool {
+        self.free[point]
+    }
+
+    /// The blocks that a point's measurements depend on, and where the numbers of each are.
+    pub fn touched(
+        &self,
+        point: usize,
+    ) -> impl Iterator<Item = (usize, std::ops::Range<usize>)> + '_ {
+        let touches = &self.touches[self.touch_range(point)];
+        touches
+            .iter()
+            .map(|touch| (touch.block as usize, touch.w()))
+    }
+
+    /// Numbers of a block by a point, by columns.
+    pub fn numbers(&self, range: &std::ops::Range<usize>) -> &[f64] {
+        &self.w[range.clone()]
+    }
+
+    /// One of these numbers.
+    #[inline(always)]
+    pub fn number(&self, k: usize) -> f64 {
+        self.w[k]
+    }
+
+    /// Normal matrix `[xx, xy, xz, yy, yz, zz]` and gradient of a point.
+    pub fn point_normal(&self, point: usize) -> ([f64; 6], Vector3<f64>) {
+        (self.v[point], self.g[point])
     }
 
     #[cfg(test)]
@@ -288,7 +337,9 @@ impl pulp::WithSimd for Linearise<'_> {
         let mut normal = Normal::new();
         for point in 0..chunk.points.len() {
             chunk.linearise_point(point, scene, maps, &mut normal);
-            chunk.eliminate_point(point, maps.0, damping, lambda);
+            if chunk.eliminates {
+                chunk.eliminate_point(point, maps.0, damping, lambda);
+            }
         }
     }
 }

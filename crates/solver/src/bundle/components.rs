@@ -1,7 +1,7 @@
 //! Which poses hang together, and whether anything holds each group in place.
 
+use super::active::Active;
 use super::issue::Issue;
-use super::layout::Active;
 use super::measurement::Measurement;
 use super::problem::BundleProblem;
 
@@ -30,6 +30,8 @@ struct Group {
     seen: bool,
     moves: bool,
     metric: bool,
+    /// Gravity is felt: the vertical is known.
+    upright: bool,
     held_poses: usize,
     held_points: usize,
 }
@@ -55,6 +57,9 @@ pub(super) fn issues(problem: &BundleProblem, active: &Active, used: &[bool]) ->
             union.join(prior.views[0], view);
         }
     }
+    for [first, second] in problem.inertial.ties() {
+        union.join(first, second);
+    }
     let groups = describe(problem, active, used, &mut union);
     let mut issues = Vec::new();
     let count = groups
@@ -68,6 +73,8 @@ pub(super) fn issues(problem: &BundleProblem, active: &Active, used: &[bool]) ->
         let held = group.held_poses > 0 || group.held_points >= 3;
         let scaled = group.metric || group.held_poses > 1 || group.held_points >= 2;
         let directions = match (held, scaled) {
+            // a turn about the vertical and a shift
+            (false, true) if group.upright => 4,
             (true, true) => continue,
             (true, false) => 1,
             (false, true) => 6,
@@ -94,6 +101,11 @@ fn describe(
         group.seen = true;
         group.moves |= !problem.views[view].fixed;
         group.held_poses += usize::from(problem.views[view].fixed);
+    }
+    for [view, _] in problem.inertial.ties() {
+        let root = union.root(view);
+        groups[root].metric = true;
+        groups[root].upright = true;
     }
     for prior in problem.priors.iter().filter(|prior| prior.holds_position()) {
         // a joint prior of several poses was made from something that held them

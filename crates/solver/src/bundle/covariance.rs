@@ -3,6 +3,7 @@
 use super::adjuster::BundleAdjuster;
 use super::chunk::NONE;
 use super::issue::Issue;
+use super::layout::Elimination;
 use crate::minimise::System;
 use crate::options::Damping;
 use crate::{Error, Result};
@@ -25,6 +26,12 @@ impl BundleAdjuster {
         Ok(())
     }
 
+    /// The same problem with its points eliminated.
+    fn points_first(&self) -> Self {
+        let problem = self.problem.clone();
+        Self::with_elimination(problem, self.solver.kind(), Elimination::Points)
+    }
+
     /// The joint covariance of `poses` at the present state, which should be the minimum: 6 rows for
     /// each, in the order given, of the twist `[omega, v]` (rad, m) in the camera's own frame: the
     /// true pose is `world_from_camera * exp(twist)`. Fixed poses have zeros.
@@ -42,6 +49,9 @@ impl BundleAdjuster {
             if alone && !self.problem.views[pose].fixed {
                 return Err(no_covariance(Issue::PoseUndetermined { pose }));
             }
+        }
+        if self.reverse.is_some() {
+            return self.points_first().covariance(poses);
         }
         let gauge = |issue: &&Issue| matches!(issue, Issue::FreeGauge { .. });
         if let Some(issue) = self.layout.issues.iter().find(gauge) {

@@ -1,11 +1,13 @@
 //! What is estimated, in which order: made once for a problem of one shape.
 
+use super::active::{Active, active};
 use super::chunk::{Chunk, Link, NONE, Touch};
 use super::components;
+use super::inertial::MOTION;
 use super::issue::Issue;
 use super::measurement::Measurement;
 use super::problem::{BundleProblem, Observation};
-use super::state::ViewPose;
+use super::reverse;
 use crate::linear::BlockPattern;
 
 /// Measurements worth a part of their own.
@@ -13,49 +15,11 @@ const CHUNK: usize = 3000;
 /// Parts at most; their number depends on the problem only, so that results do not depend on the
 /// number of threads.
 const MAX_CHUNKS: usize = 16;
-/// Numbers in the copies of the reduced matrix that the parts add to (512 MiB).
-const MAX_COPIES: usize = 1 << 26;
-
-/// The measurements that count, by points.
-pub(super) struct Active {
-    starts: Vec<usize>,
-    order: Vec<u32>,
-}
-
-impl Active {
-    /// The measurements of a point, by ascending pose.
-    pub fn of_point<'a>(
-        &'a self,
-        problem: &'a BundleProblem,
-        point: usize,
-    ) -> impl Iterator<Item = &'a Observation> + Clone {
-        self.order[self.starts[point]..self.starts[point + 1]]
-            .iter()
-            .map(|&k| &problem.observations[k as usize])
-    }
-
-    fn sorted(problem: &BundleProblem, keep: &[bool]) -> Self {
-        let mut starts = vec![0; problem.points.len() + 1];
-        let kept = || (0..keep.len()).filter(|&k| keep[k]);
-        for k in kept() {
-            starts[problem.observations[k].point as usize + 1] += 1;
-        }
-        for point in 0..problem.points.len() {
-            starts[point + 1] += starts[point];
-        }
-        let (mut next, mut order) = (starts.clone(), vec![0; starts[problem.points.len()]]);
-        for k in kept() {
-            let place = &mut next[problem.observations[k].point as usize];
-            order[*place] = k as u32;
-            *place += 1;
-        }
-        for point in 0..problem.points.len() {
-            order[starts[point]..starts[point + 1]]
-                .sort_by_key(|&k| problem.observations[k as usize].view);
-        }
-        Self { starts, order }
-    }
-}
+/// Clearing and adding up one number of a part's own reduced matrix costs as much as so many
+/// products, so that large systems of little work are made in fewer parts.
+const COPY: usize = 8;
+/// Parts at least, where there is anything to do in parallel.
+const MIN_CHUNKS: usize = 2;
 
 /// Where the directly measured blocks (diagonal, and intrinsics by pose) are kept, apart from the
 /// reduced matrix.
@@ -77,13 +41,28 @@ pub(super) struct Layout {
     pub view_block: Vec<u32>,
     /// Block of each camera's intrinsics; `NONE` where they do not change.
     pub camera_block: Vec<u32>,
+    /// Block of the intrinsics of each view; `NONE` where they do not change.
+    pub camera_of_view: Vec<u32>,
+    /// True where the poses are eliminated and the points stay.
+    pub reversed: bool,
+    /// Block of each motion; `NONE` where nothing determines it.
+    pub motion_block: Vec<u32>,
     pub issues: Vec<Issue>,
 }
 
-pub(super) fn layout(problem: &BundleProblem) -> Layout {
+/// Which unknowns are eliminated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Elimination {
+    /// The larger part, if that leaves less to be solved.
+    Auto,
+    /// The points.
+    Points,
+}
+
+pub(super) fn layout(problem: &BundleProblem, elimination: Elimination) -> Layout {
     let mut issues = Vec::new();
     let active = active(problem, &mut issues);
-    let (view_block, camera_block, used) = blocks(problem, &active, &mut issues);
+    let ([view_block, camera_block, motion_block], used) = blocks(problem, &active, &mut issues);
     issues.extend(components::issues(problem, &active, &used));
     let count = |blocks: &[u32]| blocks.iter().filter(|&&b| b != NONE).count();
     let mut sizes = vec![6; count(&view_block)];
@@ -92,16 +71,32 @@ pub(super) fn layout(problem: &BundleProblem) -> Layout {
             sizes.push(intrinsics.free());
         }
     }
-    let (starts, members) = groups(problem, &active, &view_block, &camera_block);
+    sizes.extend((0..count(&motion_block)).map(|_| MOTION));
+    let tied = problem.priors.iter().any(|prior| prior.views.len() > 1)
+        || !problem.inertial.views.is_empty();
+    let free_points = (0..problem.points.len())
+        .filter(|&point| !problem.points[point].fixed && active.has(point))
+        .count();
+    let reversed =
+        elimination == Elimination::Auto && reverse::pays(count(&view_block), free_points, tied);
+    let (starts, members) = groups(
+        problem,
+        &active,
+        reversed,
+        [&view_block, &camera_block, &motion_block],
+    );
     let pattern = BlockPattern::from_groups(sizes, &starts, &members);
     let direct = direct(problem, &pattern, &view_block, &camera_block);
     let total = active.order.len();
-    let room = (MAX_COPIES / pattern.len().max(1)).max(2);
-    let parts = total.div_ceil(CHUNK).clamp(1, MAX_CHUNKS.min(room));
+    let parts = match products(&starts, reversed) / (COPY * pattern.len()).max(1) {
+        _ if reversed => MAX_CHUNKS,
+        room => room.clamp(MIN_CHUNKS, MAX_CHUNKS),
+    };
+    let parts = total.div_ceil(CHUNK).clamp(1, parts);
     let mut chunks = Vec::with_capacity(parts);
     let mut point = 0;
     for part in 1..=parts {
-        let mut chunk = Chunk::default();
+        let mut chunk = Chunk::new(!reversed);
         let last = part == parts;
         while point < problem.points.len() && (last || active.starts[point] < part * total / parts)
         {
@@ -123,81 +118,29 @@ pub(super) fn layout(problem: &BundleProblem) -> Layout {
         pattern,
         direct,
         chunks,
+        camera_of_view: (problem.views.iter())
+            .map(|view| camera_block[view.camera])
+            .collect(),
         view_block,
         camera_block,
+        motion_block,
+        reversed,
         issues,
     }
 }
 
-/// Leaves out what is not seen, and points that nothing determines.
-fn active(problem: &BundleProblem, issues: &mut Vec<Issue>) -> Active {
-    let poses: Vec<ViewPose> = problem
-        .views
-        .iter()
-        .map(|view| ViewPose::from_world_from_camera(&view.world_from_camera))
-        .collect();
-    let mut keep = vec![false; problem.observations.len()];
-    for (k, observation) in problem.observations.iter().enumerate() {
-        let (view, point) = (observation.view as usize, observation.point as usize);
-        let x = poses[view].transform(&problem.points[point].position);
-        let intrinsics = &problem.intrinsics[problem.views[view].camera];
-        let squared = observation.measurement.squared(intrinsics, &x);
-        keep[k] = squared.is_some_and(f64::is_finite);
-        if !keep[k] {
-            issues.push(Issue::NotSeen {
-                observation: k,
-                pose: view,
-                point,
-            });
-        }
-    }
-    let mut active = Active::sorted(problem, &keep);
-    let mut left_out = false;
-    for (point, node) in problem.points.iter().enumerate() {
-        let (views, determined) = determined(active.of_point(problem, point));
-        if node.fixed || determined {
-            continue;
-        }
-        issues.push(Issue::PointUndetermined { point, views });
-        for &k in &active.order[active.starts[point]..active.starts[point + 1]] {
-            keep[k as usize] = false;
-            left_out = true;
-        }
-    }
-    if left_out {
-        active = Active::sorted(problem, &keep);
-    }
-    active
-}
-
-/// Number of views, and whether the measurements (by ascending view) fix a position.
-fn determined<'a>(observations: impl Iterator<Item = &'a Observation>) -> (usize, bool) {
-    let (mut views, mut rays, mut ranges, mut whole) = (0, 0, 0, false);
-    let (mut last_view, mut last_ray) = (None, None);
-    for observation in observations {
-        let view = Some(observation.view);
-        views += usize::from(last_view != view);
-        last_view = view;
-        match observation.measurement {
-            Measurement::Pixel { .. } => {
-                rays += usize::from(last_ray != view);
-                last_ray = view;
-            }
-            Measurement::Point { .. } => whole = true,
-            Measurement::InverseRange { .. } => ranges += 1,
-        }
-    }
-    (
-        views,
-        whole || rays > 1 || (rays == 1 && ranges > 0) || ranges > 2,
-    )
+/// Products of the elimination of the points, from the blocks that each touches.
+fn products(starts: &[usize], reversed: bool) -> usize {
+    let blocks = starts.windows(2).map(|pair| pair[1] - pair[0]);
+    let pairs: usize = blocks.map(|n| n * (n + 1) / 2).sum();
+    if reversed { 0 } else { pairs * 108 }
 }
 
 fn blocks(
     problem: &BundleProblem,
     active: &Active,
     issues: &mut Vec<Issue>,
-) -> (Vec<u32>, Vec<u32>, Vec<bool>) {
+) -> ([Vec<u32>; 3], Vec<bool>) {
     let mut used = vec![false; problem.views.len()];
     let mut camera_used = vec![false; problem.intrinsics.len()];
     for &k in &active.order {
@@ -212,6 +155,9 @@ fn blocks(
             used[view] = true;
         }
     }
+    for view in problem.inertial.ties().flatten() {
+        used[view] = true;
+    }
     let mut next = 0;
     let mut number = |yes: bool| {
         next += u32::from(yes);
@@ -223,24 +169,27 @@ fn blocks(
     let camera_block = (0..camera_used.len())
         .map(|camera| number(camera_used[camera] && problem.intrinsics[camera].free() > 0))
         .collect();
+    let motion_block = (0..problem.inertial.motions.len())
+        .map(|motion| number(problem.inertial.determines(motion)))
+        .collect();
     for (pose, view) in problem.views.iter().enumerate() {
         if !used[pose] && !view.fixed {
             issues.push(Issue::PoseUndetermined { pose });
         }
     }
-    (view_block, camera_block, used)
+    ([view_block, camera_block, motion_block], used)
 }
 
 /// The blocks that measurements and priors tie together.
 fn groups(
     problem: &BundleProblem,
     active: &Active,
-    view_block: &[u32],
-    camera_block: &[u32],
+    reversed: bool,
+    [view_block, camera_block, motion_block]: [&[u32]; 3],
 ) -> (Vec<usize>, Vec<u32>) {
     let (mut starts, mut members): (Vec<usize>, Vec<u32>) = (vec![0], Vec::new());
     for (point, node) in problem.points.iter().enumerate() {
-        if !node.fixed {
+        if !node.fixed && !reversed {
             touched(
                 problem,
                 active.of_point(problem, point),
@@ -258,6 +207,13 @@ fn groups(
     }
     for prior in &problem.priors {
         let blocks = prior.views.iter().map(|&view| view_block[view]);
+        members.extend(blocks.filter(|&b| b != NONE));
+        starts.push(members.len());
+    }
+    let inertial = &problem.inertial;
+    for (views, motions) in inertial.ties().zip(inertial.tied_motions()) {
+        let blocks = (views.into_iter().map(|view| view_block[view]))
+            .chain(motions.into_iter().map(|motion| motion_block[motion]));
         members.extend(blocks.filter(|&b| b != NONE));
         starts.push(members.len());
     }
@@ -359,8 +315,9 @@ fn fill<'a>(
         Ok(k) if block != NONE => (first + k) as u32,
         _ => NONE,
     };
-    for (b, &column) in blocks.iter().enumerate() {
-        for &row in &blocks[b..] {
+    let pairs = if chunk.eliminates() { &blocks[..] } else { &[] };
+    for (b, &column) in pairs.iter().enumerate() {
+        for &row in &pairs[b..] {
             // every pair of a group has a block
             let offset = pattern.offset(row as usize, column as usize);
             chunk.pairs.push(offset.map_or(NONE, |o| o as u32));

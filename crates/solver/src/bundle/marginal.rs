@@ -3,6 +3,7 @@
 use super::adjuster::BundleAdjuster;
 use super::chunk::NONE;
 use super::covariance::no_covariance;
+use super::layout::Elimination;
 use super::prior::Prior;
 use super::problem::BundleProblem;
 use crate::linear::LinearSolver;
@@ -21,6 +22,10 @@ impl BundleProblem {
     /// # Errors
     /// Where an index is unknown, or the poses that leave are not determined.
     pub fn marginalise(&mut self, poses: &[usize]) -> Result<()> {
+        if !self.inertial.views.is_empty() {
+            let expected = "a problem without inertial terms";
+            return Err(Error::value("poses", expected, "one with motions"));
+        }
         let mut leaves = vec![false; self.views.len()];
         for &pose in poses {
             if pose >= self.views.len() {
@@ -58,7 +63,8 @@ impl BundleProblem {
 
 /// The prior that the measurements of `part` are for the poses that stay; none where none does.
 fn remaining(part: BundleProblem, leaves: &[bool]) -> Result<Option<Prior>> {
-    let mut adjuster = BundleAdjuster::new(part, LinearSolver::Dense);
+    let mut adjuster =
+        BundleAdjuster::with_elimination(part, LinearSolver::Dense, Elimination::Points);
     let layout = &adjuster.layout;
     if layout.camera_block.iter().any(|&block| block != NONE) {
         let expected = "known intrinsics";

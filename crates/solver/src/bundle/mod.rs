@@ -1,10 +1,12 @@
 //! Bundle adjustment: poses, points and intrinsics from pixels and depths. Thesis: section 8.4.2.
 
+mod active;
 mod adjuster;
 mod assembly;
 mod chunk;
 mod components;
 mod covariance;
+mod inertial;
 mod intrinsics;
 mod issue;
 mod kernel;
@@ -13,7 +15,9 @@ mod marginal;
 mod measurement;
 mod prior;
 mod problem;
+mod reverse;
 mod state;
+mod step;
 
 #[cfg(test)]
 mod tests;
@@ -21,5 +25,6 @@ mod tests;
 pub(crate) use prior::root_information;
 
 pub use adjuster::{BundleAdjuster, BundleSummary, adjust};
+pub use inertial::Motion;
 pub use issue::Issue;
 pub use problem::{BundleProblem, Losses};

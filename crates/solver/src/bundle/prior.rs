@@ -77,6 +77,12 @@ impl Prior {
         }
     }
 
+    /// The pose (world from camera) that a prior of one is around, and the root of its information.
+    #[cfg(test)]
+    pub fn of_one_pose(&self) -> (Pose, &DMatrix<f64>) {
+        (self.inverses[0], &self.root)
+    }
+
     /// True where it holds all six directions of its poses.
     pub fn holds_position(&self) -> bool {
         self.root.columns(3, 3).norm() > 0.0

@@ -2,6 +2,7 @@
 
 pub use super::measurement::Losses;
 
+use super::inertial::Inertial;
 use super::intrinsics::Intrinsics;
 use super::measurement::Measurement;
 use super::prior::{Prior, root_information};
@@ -40,6 +41,7 @@ pub struct BundleProblem {
     pub(crate) points: Vec<PointNode>,
     pub(crate) observations: Vec<Observation>,
     pub(crate) priors: Vec<Prior>,
+    pub(crate) inertial: Inertial,
     /// The losses of the kinds of measurements; quadratic at first.
     pub losses: Losses,
 }
@@ -52,7 +54,7 @@ fn finite<const N: usize>(argument: &str, values: &SMatrix<f64, N, 1>) -> Result
     Err(Error::value(argument, "finite numbers", found))
 }
 
-fn index(argument: &str, found: usize, count: usize) -> Result<()> {
+pub(super) fn index(argument: &str, found: usize, count: usize) -> Result<()> {
     if found < count {
         return Ok(());
     }

@@ -2,5 +2,7 @@
 
 mod bad_input;
 mod derivatives;
+mod duals;
+mod inertial;
 mod problems;
 mod uncertainty;

@@ -33,8 +33,14 @@ pub struct SceneSettings {
     pub pixel_sigma: f64,
     /// Noise of the points measured in the camera frame, metres; none are measured where absent.
     pub depth_sigma_m: Option<f64>,
-    /// Share of the pixels that are anywhere in the image.
+    /// Share of the pixels that are wrong.
     pub outliers: f64,
+    /// Half the side of the square around the right pixel that a wrong one is anywhere in: the
+    /// window in which a match is sought.
+    pub outlier_window_px: f64,
+    /// Angle between the outermost rays to a point, at least, radians: without parallax a point is
+    /// as well at infinity, and solvers walk there as long as they are let.
+    pub parallax_rad: f64,
     /// Start noise of the poses, radians and metres.
     pub start_sigma: f64,
     /// Start noise of the points, metres.
@@ -54,6 +60,8 @@ impl SceneSettings {
             pixel_sigma: 0.5,
             depth_sigma_m: None,
             outliers: 0.0,
+            outlier_window_px: 40.0,
+            parallax_rad: 0.05,
             start_sigma: 0.01,
             point_sigma_m: 0.05,
             seed,
@@ -78,6 +86,11 @@ const ROOM: [f64; 3] = [3.0, 1.4, 3.0];
 const STREET: f64 = 5.0;
 /// Distance between the poses along a street, metres.
 const STEP: f64 = 0.5;
+/// Poses that see each point, at least, where there are as many: a wrong pixel of a point that two
+/// see cannot be told from the right one.
+const LEAST_VIEWS: usize = 3;
+/// Points tried for each one found.
+const MAX_FAILURES: usize = 1000;
 const WIDTH: usize = 640;
 const HEIGHT: usize = 480;
 /// Points nearer than this are not measured, metres.
@@ -144,6 +157,13 @@ fn sees(
     (x.z > NEAREST && x.z < 25.0).then_some((pixel, x))
 }
 
+/// The largest angle between the rays from these poses to the point and the first of them, radians.
+fn parallax(poses: &[Pose], views: &[usize], point: &Vector3<f64>) -> f64 {
+    let ray = |view: &usize| point - poses[*view].translation;
+    let angles = views.iter().map(|view| ray(view).angle(&ray(&views[0])));
+    angles.fold(0.0, f64::max)
+}
+
 /// Up to `track` poses that see the point, ascending.
 fn viewers(
     settings: &SceneSettings,
@@ -206,10 +226,17 @@ pub fn scene(settings: &SceneSettings) -> Result<Scene> {
     problem.fix_pose(0)?;
     problem.fix_pose(1)?;
     let mut true_points = Vec::with_capacity(settings.points);
+    let mut failures = 0;
     while true_points.len() < settings.points {
         let at = point(settings, &mut random);
         let views = viewers(settings, &camera, &true_poses, &at, &mut random);
-        if views.len() < 2 {
+        failures += 1;
+        if failures > MAX_FAILURES * settings.points {
+            let expected = "poses that see points together under the parallax asked for";
+            return Err(Error::value("poses", expected, settings.poses));
+        }
+        let least = LEAST_VIEWS.min(settings.track).min(settings.poses);
+        if views.len() < least || parallax(&true_poses, &views, &at) < settings.parallax_rad {
             continue;
         }
         let index = problem.add_point(at + random.normal::<3>(settings.point_sigma_m))?;
@@ -245,12 +272,13 @@ fn observe(
     };
     let wrong = random.uniform() < settings.outliers;
     let noisy = pixel + random.normal::<2>(settings.pixel_sigma);
-    let anywhere = Vector2::new(
-        random.between(0.0, WIDTH as f64),
-        random.between(0.0, HEIGHT as f64),
+    let window = settings.outlier_window_px;
+    let off = Vector2::new(
+        random.between(-window, window),
+        random.between(-window, window),
     );
     let variance = settings.pixel_sigma.max(1e-3).powi(2);
-    let pixel = if wrong { anywhere } else { noisy };
+    let pixel = if wrong { pixel + off } else { noisy };
     problem.add_pixel(view, index, pixel, &(Matrix2::identity() * variance))?;
     if let Some(sigma) = settings.depth_sigma_m {
         let measured = x + random.normal::<3>(sigma);

@@ -1,6 +1,9 @@
 //! Pose graphs on rigid motions and on similarities.
 
+#[cfg(test)]
+mod duals;
 mod group;
+mod prior;
 mod problem;
 mod robust;
 mod similarity;

@@ -43,7 +43,7 @@ const GROWTH: f64 = 1.4;
 /// Growth by 1.4 to this power is 1e14: far beyond the largest residual over the threshold.
 const MAX_PASSES: usize = 100;
 /// Steps of a pass: the next one continues where this one ends.
-const STEPS: usize = 4;
+const STEPS: usize = 10;
 
 impl LoopSwitch {
     /// # Errors
@@ -102,8 +102,7 @@ impl<G: Group<D>, const D: usize> GraphSystem<'_, G, D> {
     }
 
     /// Weights of the loop edges at `mu`; true where all are 0 or 1.
-    fn reweight(&mut self, threshold: f64, mu: f64) -> bool {
-        self.squares(false);
+    fn reweight(&mut self, threshold: f64, mu: f64, laid_out: &mut Vec<bool>) -> bool {
         let squares = self.squares(false).to_vec();
         let mut decided = true;
         for (k, edge) in self.graph.edges.iter().enumerate() {
@@ -111,6 +110,14 @@ impl<G: Group<D>, const D: usize> GraphSystem<'_, G, D> {
                 self.weights[k] = weight(squares[k], threshold, mu);
                 decided &= self.weights[k] == 0.0 || self.weights[k] == 1.0;
             }
+        }
+        // wrong loops tie what is far apart, and cost most of the work until they are left out
+        let count = |kept: &[bool]| kept.iter().filter(|kept| **kept).count();
+        let kept: Vec<bool> = self.weights.iter().map(|weight| *weight > 0.0).collect();
+        let missing = kept.iter().zip(&*laid_out).any(|(now, then)| *now && !then);
+        if missing || 100 * count(&kept) < 99 * count(laid_out) {
+            self.restructure();
+            *laid_out = kept;
         }
         decided
     }
@@ -133,7 +140,7 @@ pub(super) fn graduate<G: Group<D>, const D: usize>(
 ) -> Result<(Summary, RobustSummary)> {
     let short = Options {
         max_iterations: STEPS.min(options.max_iterations),
-        function_tolerance: options.function_tolerance.max(1e-4),
+        function_tolerance: options.function_tolerance.max(1e-6),
         ..options.clone()
     };
     let begin = std::time::Instant::now();
@@ -147,10 +154,11 @@ pub(super) fn graduate<G: Group<D>, const D: usize>(
     let worst = system.worst_loop();
     let mut mu = threshold / (2.0 * worst - threshold).max(f64::MIN_POSITIVE);
     let mut passes = 1;
+    let mut laid_out = vec![true; system.weights.len()];
     let ended = |stop: StopReason| matches!(stop, StopReason::Interrupted | StopReason::TimeBudget);
     let mut stop = first.stop;
     while worst > threshold && passes < MAX_PASSES && !ended(stop) {
-        let decided = system.reweight(threshold, mu);
+        let decided = system.reweight(threshold, mu, &mut laid_out);
         if decided && passes > 1 {
             break;
         }

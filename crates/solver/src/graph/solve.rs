@@ -1,7 +1,7 @@
 //! The graph's normal equations, and their solution.
 
 use super::group::Group;
-use super::problem::{GraphIssue, PoseGraph};
+use super::problem::{Edge, GraphIssue, PoseGraph};
 use super::robust::{LoopSwitch, RobustSummary, graduate};
 use crate::Result;
 use crate::linear::{BlockPattern, BlockSolver, LinearSolver};
@@ -89,19 +89,9 @@ impl<'a, G: Group<D>, const D: usize> GraphSystem<'a, G, D> {
                 free.then(|| blocks - 1)
             })
             .collect();
-        let (mut starts, mut members) = (vec![0], Vec::new());
-        for edge in &graph.edges {
-            let ends = [block[edge.from], block[edge.to]];
-            members.extend(ends.into_iter().flatten().map(|b| b as u32));
-            starts.push(members.len());
-        }
-        let pattern = BlockPattern::from_groups(vec![D; blocks], &starts, &members);
-        let offsets = graph.edges.iter().map(|edge| {
-            let (from, to) = (block[edge.from]?, block[edge.to]?);
-            let offset = pattern.offset(from.max(to), from.min(to))?;
-            Some((offset, from > to))
-        });
-        let offsets = offsets.collect();
+        let weights = vec![1.0; graph.edges.len()];
+        let pattern = pattern::<G, D>(&graph.edges, &weights, &block, blocks);
+        let offsets = offsets(&graph.edges, &block, &pattern);
         let (zero, vector) = (SMatrix::zeros(), SVector::zeros());
         let part = Part {
             from: zero,
@@ -112,7 +102,7 @@ impl<'a, G: Group<D>, const D: usize> GraphSystem<'a, G, D> {
         };
         Self {
             candidate: graph.nodes.clone(),
-            weights: vec![1.0; graph.edges.len()],
+            weights,
             switch,
             block,
             offsets,
@@ -126,6 +116,17 @@ impl<'a, G: Group<D>, const D: usize> GraphSystem<'a, G, D> {
             pattern,
             graph,
         }
+    }
+
+    /// Lay the normal matrix out again for the edges that have a weight now.
+    pub(super) fn restructure(&mut self) {
+        let edges = &self.graph.edges;
+        let blocks = self.pattern.blocks();
+        self.pattern = pattern::<G, D>(edges, &self.weights, &self.block, blocks);
+        self.offsets = offsets(edges, &self.block, &self.pattern);
+        self.solver = BlockSolver::new(&self.pattern, LinearSolver::Auto);
+        self.values.resize(self.pattern.len(), 0.0);
+        self.damped.resize(self.pattern.len(), 0.0);
     }
 
     #[cfg(test)]
@@ -212,6 +213,37 @@ impl<'a, G: Group<D>, const D: usize> GraphSystem<'a, G, D> {
             }
         }
     }
+}
+
+/// The blocks that edges with a weight tie.
+fn pattern<G, const D: usize>(
+    edges: &[Edge<G, D>],
+    weights: &[f64],
+    block: &[Option<usize>],
+    blocks: usize,
+) -> BlockPattern {
+    let (mut starts, mut members) = (vec![0], Vec::new());
+    for (edge, _) in edges.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+        let ends = [block[edge.from], block[edge.to]];
+        members.extend(ends.into_iter().flatten().map(|b| b as u32));
+        starts.push(members.len());
+    }
+    BlockPattern::from_groups(vec![D; blocks], &starts, &members)
+}
+
+/// Where the block between the ends of each edge is, and whether it is transposed there; none where
+/// it has no block (an end does not move, or the edge has no weight).
+fn offsets<G, const D: usize>(
+    edges: &[Edge<G, D>],
+    block: &[Option<usize>],
+    pattern: &BlockPattern,
+) -> Vec<Option<(usize, bool)>> {
+    let offset = |edge: &Edge<G, D>| {
+        let (from, to) = (block[edge.from]?, block[edge.to]?);
+        let offset = pattern.offset(from.max(to), from.min(to))?;
+        Some((offset, from > to))
+    };
+    edges.iter().map(offset).collect()
 }
 
 impl<G: Group<D>, const D: usize> System for GraphSystem<'_, G, D> {

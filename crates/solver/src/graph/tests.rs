@@ -30,7 +30,7 @@ fn rmse(graph: &PoseGraph<Pose, 6>, truth: &[Pose]) -> f64 {
 }
 
 /// A ring of three with every prior, away from its minimum.
-fn sample<G: Group<D>, const D: usize>() -> PoseGraph<G, D> {
+pub(super) fn sample<G: Group<D>, const D: usize>() -> PoseGraph<G, D> {
     let tangent = |k: f64| SVector::<f64, D>::from_fn(|r, _| 0.4 * (k + 1.7 * r as f64).sin());
     let information = |k: f64| {
         let a = SMatrix::<f64, D, D>::from_fn(|r, c| (k + r as f64 * 1.3 + c as f64).sin());

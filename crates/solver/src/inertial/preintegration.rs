@@ -167,6 +167,11 @@ impl Preintegration {
         )
     }
 
+    /// The noise densities.
+    pub fn sigmas(&self) -> &ImuSigmas {
+        &self.sigmas
+    }
+
     /// Seconds integrated.
     pub fn seconds(&self) -> f64 {
         self.dt
@@ -184,7 +189,7 @@ impl Preintegration {
     }
 }
 
-pub(super) fn finite(argument: &str, v: &Vector3<f64>) -> Result<()> {
+pub(crate) fn finite(argument: &str, v: &Vector3<f64>) -> Result<()> {
     if v.iter().all(|v| v.is_finite()) {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! Pre-integration against exact motion, Jacobians against differences, biases found in a window.
 
-use super::window::moved;
+use super::link::moved;
 use super::*;
 use crate::Options;
 use crate::generate::Random;
@@ -8,7 +8,7 @@ use nalgebra::{Matrix6, SVector, Vector3};
 use sphereflow_core::Pose;
 use sphereflow_sphere::lie::so3;
 
-const GRAVITY: Vector3<f64> = Vector3::new(0.0, 9.81, 0.0);
+pub(crate) const GRAVITY: Vector3<f64> = Vector3::new(0.0, 9.81, 0.0);
 const SIGMAS: ImuSigmas = ImuSigmas {
     gyro: 1e-3,
     accel: 1e-2,
@@ -38,7 +38,7 @@ fn velocity(t: f64) -> Vector3<f64> {
 }
 
 /// What an ideal IMU measures at `t`, with biases.
-fn measure(t: f64, bias: &ImuBias) -> (Vector3<f64>, Vector3<f64>) {
+pub(crate) fn measure(t: f64, bias: &ImuBias) -> (Vector3<f64>, Vector3<f64>) {
     let (a, b) = (pose(t - 1e-5).rotation, pose(t + 1e-5).rotation);
     let gyro = so3::log(&(a.inverse() * b)) / 2e-5;
     let f = |t: f64| pose(t).translation;
@@ -47,7 +47,7 @@ fn measure(t: f64, bias: &ImuBias) -> (Vector3<f64>, Vector3<f64>) {
     (gyro + bias.gyro, force + bias.accel)
 }
 
-fn integrate(from: f64, to: f64, truth: &ImuBias, guess: ImuBias) -> Preintegration {
+pub(crate) fn integrate(from: f64, to: f64, truth: &ImuBias, guess: ImuBias) -> Preintegration {
     let mut all = Preintegration::new(guess, SIGMAS).unwrap();
     let steps = ((to - from) * 1000.0).round() as usize;
     for k in 0..steps {
@@ -57,14 +57,14 @@ fn integrate(from: f64, to: f64, truth: &ImuBias, guess: ImuBias) -> Preintegrat
     all
 }
 
-fn bias() -> ImuBias {
+pub(crate) fn bias() -> ImuBias {
     ImuBias {
         gyro: Vector3::new(0.01, -0.02, 0.015),
         accel: Vector3::new(0.05, 0.1, -0.08),
     }
 }
 
-fn state(t: f64) -> InertialState {
+pub(crate) fn state(t: f64) -> InertialState {
     InertialState {
         pose: pose(t),
         velocity: velocity(t),
@@ -133,12 +133,15 @@ fn covariance_equals_monte_carlo() {
     }
 }
 
+/// A change of a state.
+pub(crate) fn shift(seed: f64) -> SVector<f64, 15> {
+    SVector::from_fn(|k, _| 0.03 * (seed + 1.9 * k as f64).sin())
+}
+
 #[test]
 fn derivatives_of_a_link_equal_differences() {
     let mut window = InertialWindow::new(state(0.2), GRAVITY).unwrap();
     window.push(integrate(0.2, 0.6, &bias(), bias())).unwrap();
-    let shift =
-        |seed: f64| SVector::<f64, 15>::from_fn(|k, _| 0.03 * (seed + 1.9 * k as f64).sin());
     let states = [
         moved(&window.states()[0], &shift(1.0)),
         moved(&window.states()[1], &shift(2.0)),

@@ -1,31 +1,17 @@
 //! A window of states (pose, velocity, biases) tied by pre-integrated samples and measured poses.
 
+use super::link::{
+    InertialState, Matrix15, STATE, Vector15, check, moved, predict, residual, root,
+};
 use super::preintegration::{ImuBias, Preintegration, finite};
 use crate::linear::{BlockPattern, BlockSolver, LinearSolver};
 use crate::minimise::{Step, System, damping_term, minimise};
 use crate::options::{Damping, Options};
 use crate::summary::Summary;
 use crate::{Error, Result};
-use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix6, Vector3};
 use sphereflow_core::Pose;
-use sphereflow_sphere::lie::{se3, so3};
-
-/// Numbers of a state's update: `[omega, v]` of the pose in the body frame (`T <- T exp`), velocity,
-/// gyrometer bias, accelerometer bias.
-const STATE: usize = 15;
-type Matrix15 = SMatrix<f64, STATE, STATE>;
-type Vector15 = SVector<f64, STATE>;
-
-/// The state at one instant.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct InertialState {
-    /// World from body (the IMU's frame).
-    pub pose: Pose,
-    /// Velocity in the world, m/s.
-    pub velocity: Vector3<f64>,
-    /// Biases.
-    pub bias: ImuBias,
-}
+use sphereflow_sphere::lie::se3;
 
 #[derive(Clone, Debug)]
 struct Measured {
@@ -78,38 +64,16 @@ impl InertialWindow {
     /// # Errors
     /// Where nothing was integrated.
     pub fn push(&mut self, since_last: Preintegration) -> Result<usize> {
-        let dt = since_last.dt;
-        if dt <= 0.0 {
-            return Err(Error::value("since_last", "integrated samples", "none"));
-        }
-        let mut covariance = Matrix15::zeros();
-        covariance
-            .fixed_view_mut::<9, 9>(0, 0)
-            .copy_from(&since_last.covariance);
-        let sigmas = since_last.sigmas;
-        for k in 0..3 {
-            covariance[(9 + k, 9 + k)] = sigmas.gyro_walk.powi(2) * dt;
-            covariance[(12 + k, 12 + k)] = sigmas.accel_walk.powi(2) * dt;
-        }
-        let inverse = covariance.cholesky().map(|factor| factor.inverse());
-        let root = inverse.and_then(|information| information.cholesky());
-        let Some(root) = root else {
-            let expected = "two samples or more: the covariance of one is singular";
-            return Err(Error::value("since_last", expected, "fewer"));
-        };
-        let last = self.states[self.states.len() - 1];
-        let (turn, velocity, position) = since_last.corrected(&last.bias);
-        let rotation = last.pose.rotation;
-        let moved = last.velocity * dt + self.gravity * (0.5 * dt * dt) + rotation * position;
-        let next = InertialState {
-            pose: Pose::new(rotation * turn, last.pose.translation + moved),
-            velocity: last.velocity + self.gravity * dt + rotation * velocity,
-            bias: last.bias,
-        };
+        let root = root("since_last", &since_last)?;
+        let next = predict(
+            &since_last,
+            &self.gravity,
+            &self.states[self.states.len() - 1],
+        );
         self.states.push(next);
         self.candidate.push(next);
         self.links.push(since_last);
-        self.roots.push(root.l().transpose());
+        self.roots.push(root);
         Ok(self.states.len() - 1)
     }
 
@@ -185,6 +149,11 @@ impl InertialWindow {
         minimise(&mut system, options)
     }
 
+    #[cfg(test)]
+    pub(super) fn root(&self, link: usize) -> &Matrix15 {
+        &self.roots[link]
+    }
+
     fn known(&self, state: usize) -> Result<()> {
         if state < self.states.len() {
             return Ok(());
@@ -199,80 +168,11 @@ impl InertialWindow {
         k: usize,
         states: &[InertialState],
     ) -> (Vector15, Matrix15, Matrix15) {
-        let (a, b, link) = (&states[k], &states[k + 1], &self.links[k]);
-        let (dt, g) = (link.dt, self.gravity);
-        let (turn, velocity, position) = link.corrected(&a.bias);
-        let back = a.pose.rotation.inverse();
-        let error = so3::log(&(turn.inverse() * back * b.pose.rotation));
-        let fall = back * (b.velocity - a.velocity - g * dt);
-        let way = b.pose.translation - a.pose.translation - a.velocity * dt - g * (0.5 * dt * dt);
-        let way = back * way;
-        let mut r = Vector15::zeros();
-        r.fixed_rows_mut::<3>(0).copy_from(&error);
-        r.fixed_rows_mut::<3>(3).copy_from(&(fall - velocity));
-        r.fixed_rows_mut::<3>(6).copy_from(&(way - position));
-        r.fixed_rows_mut::<3>(9)
-            .copy_from(&(b.bias.gyro - a.bias.gyro));
-        r.fixed_rows_mut::<3>(12)
-            .copy_from(&(b.bias.accel - a.bias.accel));
-        let (mut ja, mut jb) = (Matrix15::zeros(), Matrix15::zeros());
-        let identity = Matrix3::identity();
-        let inverse = so3::right_jacobian_inverse(&error);
-        let relative = so3::adjoint(&(b.pose.rotation.inverse() * a.pose.rotation));
-        let back = so3::adjoint(&back);
-        let [rg, vg, va, pg, pa] = link.by_bias();
-        let drift = rg * (a.bias.gyro - link.bias.gyro);
-        let by_gyro =
-            -inverse * so3::adjoint(&so3::exp(&error).inverse()) * so3::right_jacobian(&drift) * rg;
-        let put = |m: &mut Matrix15, row: usize, column: usize, block: &Matrix3<f64>| {
-            m.fixed_view_mut::<3, 3>(row, column).copy_from(block);
-        };
-        put(&mut ja, 0, 0, &(-inverse * relative));
-        put(&mut jb, 0, 0, &inverse);
-        put(&mut ja, 0, 9, &by_gyro);
-        put(&mut ja, 3, 0, &so3::hat(&fall));
-        put(&mut ja, 3, 6, &-back);
-        put(&mut jb, 3, 6, &back);
-        put(&mut ja, 3, 9, &-vg);
-        put(&mut ja, 3, 12, &-va);
-        put(&mut ja, 6, 0, &so3::hat(&way));
-        put(&mut ja, 6, 3, &-identity);
-        put(&mut ja, 6, 6, &(-back * dt));
-        put(
-            &mut jb,
-            6,
-            3,
-            &so3::adjoint(&(a.pose.rotation.inverse() * b.pose.rotation)),
-        );
-        put(&mut ja, 6, 9, &-pg);
-        put(&mut ja, 6, 12, &-pa);
-        for column in [9, 12] {
-            put(&mut ja, column, column, &-identity);
-            put(&mut jb, column, column, &identity);
-        }
-        let root = &self.roots[k];
-        (root * r, root * ja, root * jb)
-    }
-}
-
-fn check(state: &InertialState) -> Result<()> {
-    finite("pose", &state.pose.translation)?;
-    finite("pose", &state.pose.rotation.imag())?;
-    finite("velocity", &state.velocity)?;
-    finite("bias.gyro", &state.bias.gyro)?;
-    finite("bias.accel", &state.bias.accel)
-}
-
-/// A state moved by an update.
-pub(super) fn moved(state: &InertialState, d: &Vector15) -> InertialState {
-    let part = |k: usize| Vector3::new(d[k], d[k + 1], d[k + 2]);
-    InertialState {
-        pose: state.pose * se3::exp(&d.fixed_rows::<6>(0).into_owned()),
-        velocity: state.velocity + part(6),
-        bias: ImuBias {
-            gyro: state.bias.gyro + part(9),
-            accel: state.bias.accel + part(12),
-        },
+        residual(
+            (&self.links[k], &self.roots[k]),
+            &self.gravity,
+            (&states[k], &states[k + 1]),
+        )
     }
 }
 

@@ -1,6 +1,7 @@
 //! Symmetric positive definite block systems: their pattern and three ways to solve them.
 
 mod dense;
+mod dissection;
 mod pattern;
 mod pcg;
 mod sparse;

@@ -1,7 +1,7 @@
 //! Conjugate gradients, preconditioned by the inverses of the diagonal blocks.
 
 use super::BlockPattern;
-use nalgebra::{DMatrix, DMatrixViewMut, DVector};
+use nalgebra::DVector;
 
 /// Residual norm, relative to that of the right side, at which a solution is good enough for a
 /// damped step: errors of the step enter the cost squared.
@@ -43,14 +43,12 @@ impl ConjugateGradients {
         for block in 0..pattern.blocks() {
             let size = pattern.size(block);
             let offset = pattern.diagonal(block);
-            let matrix =
-                DMatrix::from_column_slice(size, size, &values[offset..offset + size * size]);
-            let Some(factor) = matrix.cholesky() else {
-                return false;
-            };
             let range = self.inverse_starts[block]..self.inverse_starts[block + 1];
-            DMatrixViewMut::from_slice(&mut self.inverses[range], size, size)
-                .copy_from(&factor.inverse());
+            let inverse = &mut self.inverses[range];
+            inverse.copy_from_slice(&values[offset..offset + size * size]);
+            if !invert(inverse, size) {
+                return false;
+            }
         }
         true
     }
@@ -93,5 +91,74 @@ impl ConjugateGradients {
             energy = next;
         }
         b.copy_from_slice(self.x.as_slice());
+    }
+}
+
+/// The inverse of a symmetric matrix in place, by columns; false where it is not positive definite.
+fn invert(a: &mut [f64], n: usize) -> bool {
+    // A = L L^T in the lower triangle
+    for k in 0..n {
+        let mut pivot = a[k * n + k];
+        for j in 0..k {
+            pivot -= a[j * n + k] * a[j * n + k];
+        }
+        // a NaN is not positive either
+        if pivot.is_nan() || pivot <= 0.0 {
+            return false;
+        }
+        let pivot = pivot.sqrt();
+        a[k * n + k] = pivot;
+        for r in k + 1..n {
+            let mut sum = a[k * n + r];
+            for j in 0..k {
+                sum -= a[j * n + r] * a[j * n + k];
+            }
+            a[k * n + r] = sum / pivot;
+        }
+    }
+    // L^-1 in its place, column by column from the last
+    for c in (0..n).rev() {
+        let pivot = 1.0 / a[c * n + c];
+        for r in (c + 1..n).rev() {
+            let sum: f64 = (c + 1..=r).map(|k| a[k * n + r] * a[c * n + k]).sum();
+            a[c * n + r] = -sum * pivot;
+        }
+        a[c * n + c] = pivot;
+    }
+    // L^-T L^-1 into the upper triangle with the diagonal, then down
+    for c in 0..n {
+        for r in 0..=c {
+            let sum: f64 = (c..n).map(|k| a[r * n + k] * a[c * n + k]).sum();
+            a[c * n + r] = sum;
+        }
+    }
+    for c in 0..n {
+        for r in c + 1..n {
+            a[c * n + r] = a[r * n + c];
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DMatrix;
+
+    #[test]
+    fn inverse_in_place_times_matrix_is_identity() {
+        for n in [1, 2, 3, 6, 9] {
+            let a = DMatrix::from_fn(n, n, |r, c| (1.3 * r as f64 + 0.7 * c as f64).sin());
+            let spd = &a * a.transpose() + DMatrix::identity(n, n);
+            let mut inverse = spd.clone();
+            assert!(invert(inverse.as_mut_slice(), n));
+            // rounding of a few products
+            assert!(
+                (inverse * spd - DMatrix::identity(n, n)).norm() < 1e-12,
+                "{n}"
+            );
+        }
+        assert!(!invert(&mut [1.0, 2.0, 2.0, 1.0], 2));
+        assert!(!invert(&mut [f64::NAN], 1));
     }
 }

@@ -1,6 +1,7 @@
 //! Sparse Cholesky factorisation, ordered by blocks.
 
 use super::BlockPattern;
+use super::dissection::{self, Neighbours};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
 use faer::sparse::linalg::amd;
@@ -14,6 +15,8 @@ use faer::{Conj, MatMut, Par, Side};
 /// result does not depend on the number of threads.
 const PARALLEL: usize = 400_000;
 const PARTS: usize = 4;
+/// From this many blocks on it is worth looking for separators; below, minimum degree is as good.
+const DISSECTED: usize = 1500;
 
 pub(super) struct SparseCholesky {
     structure: SymbolicSparseColMat<usize>,
@@ -29,19 +32,16 @@ pub(super) struct SparseCholesky {
 impl SparseCholesky {
     /// `None` where the ordering or the symbolic factorisation fails (too large for the memory).
     pub fn new(pattern: &BlockPattern) -> Option<Self> {
-        let (forward, inverse) = ordering(pattern)?;
         let (structure, source) = columns(pattern);
-        let symbolic = factorize_symbolic_cholesky(
-            structure.as_ref(),
-            Side::Lower,
-            SymmetricOrdering::Custom(PermRef::new_checked(
-                &forward,
-                &inverse,
-                pattern.dimension(),
-            )),
-            Default::default(),
-        )
-        .ok()?;
+        let degree = minimum_degree(pattern)?;
+        let mut symbolic = symbolic(pattern, &structure, &degree)?;
+        if pattern.blocks() >= DISSECTED {
+            let dissected = dissection::order(&Neighbours::new(pattern), &degree);
+            let other = self::symbolic(pattern, &structure, &dissected)?;
+            if other.len_val() < symbolic.len_val() {
+                symbolic = other;
+            }
+        }
         let par = if symbolic.len_val() > PARALLEL {
             Par::rayon(PARTS)
         } else {
@@ -94,8 +94,32 @@ impl SparseCholesky {
     }
 }
 
-/// Approximate minimum degree of the blocks, spread over their scalar rows.
-fn ordering(pattern: &BlockPattern) -> Option<(Vec<usize>, Vec<usize>)> {
+/// Symbolic factorisation with the blocks eliminated in this order.
+fn symbolic(
+    pattern: &BlockPattern,
+    structure: &SymbolicSparseColMat<usize>,
+    order: &[usize],
+) -> Option<SymbolicCholesky<usize>> {
+    let mut forward = Vec::with_capacity(pattern.dimension());
+    for &block in order {
+        forward.extend(pattern.start(block)..pattern.start(block) + pattern.size(block));
+    }
+    let mut inverse = vec![0; forward.len()];
+    for (to, &from) in forward.iter().enumerate() {
+        inverse[from] = to;
+    }
+    let order = PermRef::new_checked(&forward, &inverse, pattern.dimension());
+    factorize_symbolic_cholesky(
+        structure.as_ref(),
+        Side::Lower,
+        SymmetricOrdering::Custom(order),
+        Default::default(),
+    )
+    .ok()
+}
+
+/// The blocks by approximate minimum degree.
+fn minimum_degree(pattern: &BlockPattern) -> Option<Vec<usize>> {
     let n = pattern.blocks();
     let (mut starts, mut rows) = (vec![0], Vec::new());
     for column in 0..n {
@@ -112,15 +136,7 @@ fn ordering(pattern: &BlockPattern) -> Option<(Vec<usize>, Vec<usize>)> {
         MemStack::new(&mut memory),
     )
     .ok()?;
-    let mut forward = Vec::with_capacity(pattern.dimension());
-    for block in order {
-        forward.extend(pattern.start(block)..pattern.start(block) + pattern.size(block));
-    }
-    let mut inverse = vec![0; forward.len()];
-    for (to, &from) in forward.iter().enumerate() {
-        inverse[from] = to;
-    }
-    Some((forward, inverse))
+    Some(order)
 }
 
 /// The lower triangle in compressed columns, and where each of its numbers is in the blocks.

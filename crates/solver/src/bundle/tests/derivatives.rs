@@ -14,7 +14,7 @@ use sphereflow_sphere::lie::{se3, so3};
 const STEP: f64 = 1e-5;
 const RELATIVE: f64 = 1e-5;
 
-fn cameras() -> Vec<Camera> {
+pub(super) fn cameras() -> Vec<Camera> {
     vec![
         Camera::pinhole_with_skew(400.0, 410.0, 320.0, 240.0, 1.5, 640, 480).unwrap(),
         Camera::opencv(
@@ -41,7 +41,7 @@ fn spd3(seed: f64) -> Matrix3<f64> {
 }
 
 /// Two poses and three points with every kind of measurement and prior, away from the minimum.
-fn sample(camera: &Camera, loss: impl Fn(f64) -> Loss) -> BundleProblem {
+pub(super) fn sample(camera: &Camera, loss: impl Fn(f64) -> Loss) -> BundleProblem {
     let mut problem = BundleProblem::new();
     problem.add_camera(camera.clone());
     let start = |k: f64| {
@@ -95,7 +95,7 @@ fn moved(adjuster: &mut BundleAdjuster, entry: usize, h: f64) -> f64 {
     adjuster.candidate_cost().unwrap()
 }
 
-fn check(problem: BundleProblem, name: &str) {
+pub(super) fn check(problem: BundleProblem, name: &str) {
     let points = problem.points();
     let mut adjuster = BundleAdjuster::new(problem, LinearSolver::Dense);
     adjuster.load();

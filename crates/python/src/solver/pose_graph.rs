@@ -1,14 +1,14 @@
 //! `PoseGraph`: poses tied by relative measurements.
 
+use super::{PySolverResult, Settings, edge_kind, matrices, square, vector3};
 use crate::errors::{IntoPython, Kind, exception};
-use crate::solver::{PySolverResult, Settings, matrices, square};
 use crate::trajectory::pose_from;
 use numpy::{PyArray1, PyArray3};
 use pyo3::prelude::*;
 use sphereflow_core::Pose;
 use sphereflow_io::problems::{PoseGraphFile, read_g2o};
 use sphereflow_solver::generate::{GraphKind, GraphSettings, graph};
-use sphereflow_solver::graph::{EdgeKind, LoopSwitch, PoseGraph};
+use sphereflow_solver::graph::PoseGraph;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -110,15 +110,53 @@ impl PyPoseGraph {
         loop_closure: bool,
     ) -> PyResult<usize> {
         let measured = pose_from(first_from_second, "first_from_second")?;
-        let kind = if loop_closure {
-            EdgeKind::Loop
-        } else {
-            EdgeKind::Odometry
-        };
+        let kind = edge_kind(loop_closure);
         let information = square(information, "information")?;
         self.graph
             .add_edge((first, second), measured, &information, kind)
             .into_python()
+    }
+
+    /// What is known of a node (4, 4), with its information (6, 6).
+    fn add_prior(
+        &mut self,
+        node: usize,
+        world_from_body: &Bound<'_, PyAny>,
+        information: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let known = pose_from(world_from_body, "world_from_body")?;
+        let information = square(information, "information")?;
+        let added = self.graph.add_prior(node, known, &information);
+        added.into_python()
+    }
+
+    /// A direction of the world (3,), gravity say, as it was measured in the body frame (3,).
+    #[pyo3(signature = (node, world, body, *, sigma_rad))]
+    fn add_gravity(
+        &mut self,
+        node: usize,
+        world: &Bound<'_, PyAny>,
+        body: &Bound<'_, PyAny>,
+        sigma_rad: f64,
+    ) -> PyResult<()> {
+        let (world, body) = (vector3(world, "world")?, vector3(body, "body")?);
+        let added = self.graph.add_gravity(node, &world, &body, sigma_rad);
+        added.into_python()
+    }
+
+    /// The turn about a direction of the world (3,), the vertical say, is that of a pose (4, 4).
+    #[pyo3(signature = (node, axis, world_from_body, *, sigma_rad))]
+    fn add_yaw(
+        &mut self,
+        node: usize,
+        axis: &Bound<'_, PyAny>,
+        world_from_body: &Bound<'_, PyAny>,
+        sigma_rad: f64,
+    ) -> PyResult<()> {
+        let axis = vector3(axis, "axis")?;
+        let known = pose_from(world_from_body, "world_from_body")?.rotation;
+        let added = self.graph.add_yaw(node, &axis, &known, sigma_rad);
+        added.into_python()
     }
 
     /// Minimise from the present state on, in place; Ctrl-C ends it after the iteration under way.
@@ -144,15 +182,7 @@ impl PyPoseGraph {
         time_budget_s: Option<f64>,
         threads: usize,
     ) -> PyResult<PySolverResult> {
-        let switch = match switch {
-            "off" => LoopSwitch::Off,
-            "gnc" => LoopSwitch::Graduated { threshold },
-            "dcs" => LoopSwitch::Scaled { phi: threshold },
-            other => {
-                let text = format!("switch: expected 'off', 'gnc' or 'dcs', found '{other}'");
-                return Err(exception(Kind::Value, text));
-            }
-        };
+        let switch = super::switch(switch, threshold)?;
         let settings = Settings::new(
             max_iterations,
             function_tolerance,

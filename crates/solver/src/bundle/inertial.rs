@@ -1,0 +1,278 @@
+//! Poses tied by pre-integrated IMU samples, with velocities and biases among the unknowns.
+
+use super::chunk::NONE;
+use super::problem::{BundleProblem, index};
+use super::state::ViewPose;
+use crate::inertial::link::{InertialState, Matrix15, check, residual, root};
+use crate::inertial::{ImuBias, Preintegration};
+use crate::{Error, Result};
+use nalgebra::{SMatrix, SVector, Vector3};
+use sphereflow_core::Pose;
+use sphereflow_sphere::lie::se3;
+
+/// Numbers of a motion's update: velocity, gyrometer bias, accelerometer bias.
+pub(crate) const MOTION: usize = 9;
+/// A derivative of a link by a pose (six columns, then zeros) or by a motion.
+type ByBlock = SMatrix<f64, 15, MOTION>;
+/// A block of the normal matrix, of which a pose takes the first six rows or columns.
+pub(crate) type Block = SMatrix<f64, MOTION, MOTION>;
+
+/// What the IMU adds to a pose.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Motion {
+    /// Velocity of the body in the world, m/s.
+    pub velocity: Vector3<f64>,
+    /// Biases.
+    pub bias: ImuBias,
+}
+
+#[derive(Clone, Debug)]
+struct Tie {
+    from: usize,
+    to: usize,
+    samples: Preintegration,
+    root: Matrix15,
+}
+
+#[derive(Clone, Debug)]
+struct BiasPrior {
+    motion: usize,
+    bias: ImuBias,
+    root: [f64; 2],
+}
+
+/// The inertial part of a problem.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Inertial {
+    gravity: Vector3<f64>,
+    camera_from_body: Pose,
+    /// The pose of each motion.
+    pub views: Vec<usize>,
+    pub motions: Vec<Motion>,
+    ties: Vec<Tie>,
+    priors: Vec<BiasPrior>,
+}
+
+impl BundleProblem {
+    /// Gravity in the world (m/s^2, pointing down) and where the camera is in the body frame, which is
+    /// the IMU's.
+    ///
+    /// # Errors
+    /// Where a number is not finite.
+    pub fn set_imu(&mut self, gravity: Vector3<f64>, body_from_camera: Pose) -> Result<()> {
+        crate::inertial::finite("gravity", &gravity)?;
+        let state = InertialState {
+            pose: body_from_camera,
+            ..InertialState::default()
+        };
+        check(&state)?;
+        self.inertial.gravity = gravity;
+        self.inertial.camera_from_body = body_from_camera.inverse();
+        Ok(())
+    }
+
+    /// Estimate velocity and biases at a pose too, from here on.
+    ///
+    /// # Errors
+    /// Where there is no such pose, it has a motion already, or a number is not finite.
+    pub fn add_motion(&mut self, pose: usize, motion: Motion) -> Result<()> {
+        index("pose", pose, self.poses())?;
+        if self.inertial.views.contains(&pose) {
+            return Err(Error::value("pose", "a pose without a motion", pose));
+        }
+        check(&InertialState {
+            pose: Pose::identity(),
+            velocity: motion.velocity,
+            bias: motion.bias,
+        })?;
+        self.inertial.views.push(pose);
+        self.inertial.motions.push(motion);
+        Ok(())
+    }
+
+    /// Tie two poses that have motions by the samples between them.
+    ///
+    /// # Errors
+    /// Where a pose has no motion, both are the same, or fewer than two samples were integrated.
+    pub fn add_imu(&mut self, from: usize, to: usize, samples: Preintegration) -> Result<()> {
+        let (first, second) = (
+            self.motion_index("from", from)?,
+            self.motion_index("to", to)?,
+        );
+        if from == to {
+            return Err(Error::value("to", "another pose than `from`", to));
+        }
+        let root = root("samples", &samples)?;
+        self.inertial.ties.push(Tie {
+            from: first,
+            to: second,
+            samples,
+            root,
+        });
+        Ok(())
+    }
+
+    /// Biases known at a pose that has a motion, with one standard deviation for each sensor.
+    ///
+    /// # Errors
+    /// Where the pose has no motion, or a number is not finite or not positive.
+    pub fn add_bias_prior(
+        &mut self,
+        pose: usize,
+        bias: ImuBias,
+        (gyro_sigma, accel_sigma): (f64, f64),
+    ) -> Result<()> {
+        let motion = self.motion_index("pose", pose)?;
+        for (name, value) in [("gyro_sigma", gyro_sigma), ("accel_sigma", accel_sigma)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::value(name, "a positive number", value));
+            }
+        }
+        let root = [1.0 / gyro_sigma, 1.0 / accel_sigma];
+        self.inertial.priors.push(BiasPrior { motion, bias, root });
+        Ok(())
+    }
+
+    /// Velocity and biases at a pose; `None` where they are not estimated.
+    pub fn motion(&self, pose: usize) -> Option<Motion> {
+        let index = self.inertial.views.iter().position(|&view| view == pose)?;
+        Some(self.inertial.motions[index])
+    }
+
+    fn motion_index(&self, argument: &str, pose: usize) -> Result<usize> {
+        let found = self.inertial.views.iter().position(|&view| view == pose);
+        found.ok_or_else(|| Error::value(argument, "a pose with a motion", pose))
+    }
+}
+
+impl Motion {
+    /// The motion `step` further.
+    pub(crate) fn moved(&self, step: &[f64]) -> Self {
+        let part = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
+        Self {
+            velocity: self.velocity + part(0),
+            bias: ImuBias {
+                gyro: self.bias.gyro + part(3),
+                accel: self.bias.accel + part(6),
+            },
+        }
+    }
+
+    /// Squared norm of its numbers.
+    pub(crate) fn norm_squared(&self) -> f64 {
+        let bias = self.bias.gyro.norm_squared() + self.bias.accel.norm_squared();
+        self.velocity.norm_squared() + bias
+    }
+}
+
+impl Inertial {
+    /// The poses that are tied.
+    pub fn ties(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        let ties = self.ties.iter();
+        ties.map(|tie| [self.views[tie.from], self.views[tie.to]])
+    }
+
+    /// The motions that are tied.
+    pub fn tied_motions(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        self.ties.iter().map(|tie| [tie.from, tie.to])
+    }
+
+    /// True where anything determines the motion.
+    pub fn determines(&self, motion: usize) -> bool {
+        let tied = self.tied_motions().any(|ends| ends.contains(&motion));
+        tied || self.priors.iter().any(|prior| prior.motion == motion)
+    }
+
+    fn state(&self, motion: usize, poses: &[ViewPose], motions: &[Motion]) -> InertialState {
+        let camera = poses[self.views[motion]].world_from_camera();
+        InertialState {
+            pose: camera * self.camera_from_body,
+            velocity: motions[motion].velocity,
+            bias: motions[motion].bias,
+        }
+    }
+
+    fn evaluate(
+        &self,
+        tie: &Tie,
+        poses: &[ViewPose],
+        motions: &[Motion],
+    ) -> (SVector<f64, 15>, Matrix15, Matrix15) {
+        let ends = [tie.from, tie.to].map(|motion| self.state(motion, poses, motions));
+        residual(
+            (&tie.samples, &tie.root),
+            &self.gravity,
+            (&ends[0], &ends[1]),
+        )
+    }
+
+    /// Half the squared residuals.
+    pub fn cost(&self, poses: &[ViewPose], motions: &[Motion]) -> f64 {
+        let mut cost = 0.0;
+        for tie in &self.ties {
+            cost += 0.5 * self.evaluate(tie, poses, motions).0.norm_squared();
+        }
+        for prior in &self.priors {
+            let here = &motions[prior.motion].bias;
+            cost += 0.5 * (here.gyro - prior.bias.gyro).norm_squared() * prior.root[0].powi(2);
+            cost += 0.5 * (here.accel - prior.bias.accel).norm_squared() * prior.root[1].powi(2);
+        }
+        cost
+    }
+
+    /// Hands the blocks of the normal matrix (row, column) and of the gradient to `block` and
+    /// `gradient`, for the blocks of the poses and of the motions that move.
+    pub fn linearise(
+        &self,
+        (poses, motions): (&[ViewPose], &[Motion]),
+        (view_block, motion_block): (&[u32], &[u32]),
+        mut block: impl FnMut(u32, u32, &Block),
+        mut gradient: impl FnMut(u32, &SVector<f64, MOTION>),
+    ) {
+        // the left update of the camera's pose, as a right update of the body's
+        let turn = -se3::adjoint(&self.camera_from_body.inverse());
+        for tie in &self.ties {
+            let (r, a, b) = self.evaluate(tie, poses, motions);
+            let of_pose = |j: &Matrix15| {
+                let mut by = ByBlock::zeros();
+                by.fixed_columns_mut::<6>(0)
+                    .copy_from(&(j.fixed_columns::<6>(0) * turn));
+                by
+            };
+            let of_motion = |j: &Matrix15| j.fixed_columns::<MOTION>(6).into_owned();
+            let blocks = [
+                (view_block[self.views[tie.from]], of_pose(&a)),
+                (motion_block[tie.from], of_motion(&a)),
+                (view_block[self.views[tie.to]], of_pose(&b)),
+                (motion_block[tie.to], of_motion(&b)),
+            ];
+            for (k, (row, by_row)) in blocks.iter().enumerate() {
+                if *row == NONE {
+                    continue;
+                }
+                gradient(*row, &by_row.tr_mul(&r));
+                for (column, by_column) in &blocks[..=k] {
+                    if *column != NONE {
+                        block(*row, *column, &by_row.tr_mul(by_column));
+                    }
+                }
+            }
+        }
+        for prior in &self.priors {
+            let (here, at) = (&motions[prior.motion].bias, motion_block[prior.motion]);
+            let (mut normal, mut g) = (Block::zeros(), SVector::<f64, MOTION>::zeros());
+            let gaps = [here.gyro - prior.bias.gyro, here.accel - prior.bias.accel];
+            for (sensor, gap) in gaps.iter().enumerate() {
+                for axis in 0..3 {
+                    let (k, weight) = (3 + 3 * sensor + axis, prior.root[sensor].powi(2));
+                    normal[(k, k)] = weight;
+                    g[k] = weight * gap[axis];
+                }
+            }
+            if at != NONE {
+                block(at, at, &normal);
+                gradient(at, &g);
+            }
+        }
+    }
+}
