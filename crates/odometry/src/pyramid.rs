@@ -28,7 +28,7 @@ pub(crate) struct FramePyramid {
     scratch: Vec<f32>,
 }
 
-/// The levels of a camera.
+/// The levels of a camera, with the one in reserve.
 #[derive(Clone, Debug)]
 pub(crate) struct LevelStack {
     size: (usize, usize),
@@ -53,11 +53,13 @@ impl FramePyramid {
 }
 
 impl LevelStack {
-    /// Tables of all levels that [`Config`] asks for and the image has room for.
+    /// Tables of all levels that [`Config`] asks for and the image has room for, and of one more, in
+    /// reserve, where it asks for several.
     pub(crate) fn new(camera: &Camera, config: &Config) -> Result<Self> {
         let finest_block = config.block_for(camera);
         let mut levels = Vec::new();
-        for level in 0..config.levels {
+        let reserve = usize::from(config.levels > 1);
+        for level in 0..config.levels + reserve {
             let block = finest_block << level;
             let binned = camera.binned(block);
             // The finest level must exist, coarser ones only where some domains fit in.

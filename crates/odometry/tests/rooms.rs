@@ -230,6 +230,10 @@ fn disparity_noise_in_a_furnished_room_is_near_the_information_bound() {
     }
     .run("furnished, disparity noise, 133 ms");
     assert!(quantile(&four.v, 0.5) < 0.002 && quantile(&four.w, 0.5) < 0.001);
+    let mean = four.mean_normalised();
+    assert!((4.0..12.0).contains(&mean), "{mean}");
+    // None converges to a wrong motion.
+    assert!(quantile(&four.v, 0.99) < 0.01 && quantile(&four.w, 0.99) < 0.005);
 }
 
 #[test]
