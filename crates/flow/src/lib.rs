@@ -20,6 +20,7 @@ mod rof;
 mod sampling;
 mod sobolev;
 mod status;
+mod sweeping;
 mod tv_depth;
 mod tv_l1;
 

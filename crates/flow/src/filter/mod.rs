@@ -5,6 +5,7 @@
 //! regularised by planes. In the spirit of the observers of Chapter 3, with the gain that the
 //! information asks for.
 
+mod carry;
 mod config;
 mod contest;
 mod gain;
