@@ -1,5 +1,6 @@
 //! What the depth filter is off by, everywhere it is asked: `cargo run --release -p sphereflow-benches
-//! --example depth_accuracy -- [part of a name]... [--binning N] [--seconds S]`.
+//! --example depth_accuracy -- [part of a name]... [--binning N] [--seconds S]
+//! [--seed N] [--constant-light]`.
 //!
 //! Thesis: section 4.1.1. Every case at 640x480 (or 1024x512 for the whole sphere), 60 Hz, 4 s, the
 //! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread.
@@ -14,7 +15,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use sphereflow_core::{Plane, Stamp};
-use sphereflow_flow::{DepthFilter, DepthFilterConfig, DepthStep, VelocityNoise};
+use sphereflow_flow::{Brightness, DepthFilter, DepthFilterConfig, DepthStep, VelocityNoise};
 use sphereflow_sim::Renderer;
 use std::time::Instant;
 
@@ -33,6 +34,7 @@ fn main() -> Fallible<()> {
         match argument.as_str() {
             "--binning" => config.binning = value()?.parse()?,
             "--seconds" => seconds = value()?.parse()?,
+            "--constant-light" => config.brightness = Brightness::Constant,
             "--seed" => seed = value()?.parse()?,
             _ => names.push(argument),
         }

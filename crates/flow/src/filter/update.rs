@@ -52,6 +52,9 @@ const LARGEST_MOVE_PX: f32 = 4.0;
 /// Uncertainty of the place in the past image beyond which a pair says little, pixels.
 const LARGEST_DOUBT_PX: f32 = 4.0;
 
+/// Pixels that share an error of the pose: averaging does not lower it.
+const SHARED: f32 = 100.0;
+
 /// A past surface nearer by this share hides the pixel.
 const HIDES: f32 = 1.06;
 
@@ -116,6 +119,7 @@ struct Judge {
     noise: f32,
     /// Variance of the place in the past image by the pose's error: constant, and for 1/Z squared.
     shift: [f32; 2],
+    shared: f32,
 }
 
 impl Judge {
@@ -129,6 +133,7 @@ impl Judge {
                 pair.drift.rotation * focal2,
                 pair.drift.translation * focal2,
             ],
+            shared: SHARED,
         }
     }
 }
@@ -171,8 +176,7 @@ impl Seen {
     #[inline(always)]
     fn read(&mut self, pair: &Pair<'_>, first: usize, nodes: &[Node]) {
         let past = &pair.past.pixel;
-        let row = first / pair.lattice.width;
-        let gain = pair.gain[row];
+        let gain = pair.gain[first / pair.lattice.width];
         for (i, node) in nodes.iter().enumerate() {
             let place = [self.place[0][i], self.place[1][i]];
             let Some((four, s, t)) = pair.lattice.around(place) else {
@@ -215,7 +219,7 @@ impl Seen {
             let moved2 = size2 * span2;
             let most2 = LARGEST_MOVE_PX * LARGEST_MOVE_PX * slope * slope;
             let far = if moved2 > most2 { most2 / moved2 } else { 1.0 };
-            weight *= far / (off * off * (1.0 + blurred * precision));
+            weight *= far / (off * off * (1.0 + judge.shared * blurred * precision));
             let information = if known { weight * precision } else { 0.0 };
             gained[i] = if known {
                 [information * slope * residual, information * slope * slope]
