@@ -887,6 +887,8 @@ class DepthFilter:
         dt_s: float | None = None,
         v_sigma_m_s: float = 0.0,
         omega_sigma_rad_s: float = 0.0,
+        position_sigma_m: float = 0.0,
+        rotation_sigma_rad: float = 0.0,
     ) -> DepthResult: ...
 
 @final

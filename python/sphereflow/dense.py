@@ -21,6 +21,7 @@ from sphereflow._native import (
     Trajectory,
     open_recording,
 )
+from sphereflow.dense_errors import ErrorByStd
 from sphereflow.errors import DataError, ValueRangeError
 from sphereflow.report import finite
 from sphereflow.result_folder import REPORT, ResultFolder
@@ -48,6 +49,8 @@ def measure_depth(
     offset_s: float = 0.0,
     max_frames: int | None = None,
     std_percent: float = 10.0,
+    position_sigma_m: float = 0.002,
+    rotation_sigma_rad: float = 0.002,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
@@ -70,6 +73,8 @@ def measure_depth(
         Stop after so many frames.
     std_percent
         Pixels whose relative standard deviation is larger are unknown in the written depth.
+    position_sigma_m, rotation_sigma_rad
+        Standard deviation of a pose against the next ones; that of clock and shutter counts too.
     overwrite
         Replace an earlier result.
     progress
@@ -90,6 +95,7 @@ def measure_depth(
     depth_filter = DepthFilter(camera, lags=_lags(recording.stamp_ns))
     axis = SphereGrid(camera).rays[..., 2].astype(np.float32)
     rows: list[dict[str, Any]] = []
+    by_std = ErrorByStd()
     without_pose = 0
     with ResultFolder(out, overwrite=overwrite, protect=recording.path) as folder:
         writer = RecordingWriter(folder.path / "depth", camera, depth_scale=5000.0)
@@ -101,17 +107,23 @@ def measure_depth(
                 without_pose += 1
                 continue
             result = depth_filter.step(
-                _grey(frame.colour), world_from_camera=pose, stamp_ns=frame.stamp_ns
+                _grey(frame.colour),
+                world_from_camera=pose,
+                stamp_ns=frame.stamp_ns,
+                position_sigma_m=position_sigma_m,
+                rotation_sigma_rad=rotation_sigma_rad,
             )
             estimate, deviation = _depth(result, axis, std_percent)
             if result.status != "skipped":
                 writer.push(estimate, frame.stamp_ns, colour=frame.colour)
+            if frame.depth_m is not None and recording.colour_registered:
+                by_std.add(result.range_m * axis, frame.depth_m, deviation)
             rows.append(_row(frame, result, estimate, deviation, recording.colour_registered))
         if not rows:
             raise DataError(f"{recording.path}: expected images with poses, found none in {count}")
         writer.finish()
         _write_table(folder.path / "errors.csv", rows)
-        report = _report(rows, without_pose)
+        report = _report(rows, without_pose) | {"by_std": by_std.rows()}
         text = json.dumps(finite(report), indent=2, allow_nan=False)
         (folder.path / REPORT).write_text(text + "\n")
     return report

@@ -26,17 +26,11 @@ impl Derivatives {
     /// A shape error where the sizes differ.
     pub fn of_pair(image0: &Plane<f32>, image1: &Plane<f32>) -> Result<Self> {
         same_size("image1", image0.size(), image1.size())?;
-        let (width, height) = image0.size();
         let (mean, t) = (
             pointwise(image0, image1, |a, b| 0.5 * (a + b)),
             pointwise(image0, image1, |a, b| b - a),
         );
-        let mut x = Plane::filled(width, height, 0.0);
-        let mut y = Plane::filled(width, height, 0.0);
-        let rows = x.data_mut().par_chunks_mut(width);
-        rows.zip(y.data_mut().par_chunks_mut(width))
-            .enumerate()
-            .for_each(|(row, (x, y))| sobel_row(&mean, row, x, y));
+        let (x, y) = sobel(&mean);
         Ok(Self { x, y, t })
     }
 }
@@ -48,11 +42,18 @@ pub fn sobel(image: &Plane<f32>) -> (Plane<f32>, Plane<f32>) {
     let (width, height) = image.size();
     let mut x = Plane::filled(width, height, 0.0);
     let mut y = Plane::filled(width, height, 0.0);
+    sobel_into(image, &mut x, &mut y);
+    (x, y)
+}
+
+/// [`sobel`] into planes of the image's size.
+pub(crate) fn sobel_into(image: &Plane<f32>, x: &mut Plane<f32>, y: &mut Plane<f32>) {
+    let width = image.width();
+    let arch = pulp::Arch::new();
     let rows = x.data_mut().par_chunks_mut(width);
     rows.zip(y.data_mut().par_chunks_mut(width))
         .enumerate()
-        .for_each(|(row, (x, y))| sobel_row(image, row, x, y));
-    (x, y)
+        .for_each(|(row, (x, y))| arch.dispatch(SobelRow { image, row, x, y }));
 }
 
 fn pointwise(a: &Plane<f32>, b: &Plane<f32>, f: impl Fn(f32, f32) -> f32) -> Plane<f32> {
@@ -63,19 +64,51 @@ fn pointwise(a: &Plane<f32>, b: &Plane<f32>, f: impl Fn(f32, f32) -> f32) -> Pla
     out
 }
 
+/// [`sobel_row`], compiled for wide vectors.
+struct SobelRow<'a> {
+    image: &'a Plane<f32>,
+    row: usize,
+    x: &'a mut [f32],
+    y: &'a mut [f32],
+}
+
+impl pulp::WithSimd for SobelRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        sobel_row(self.image, self.row, self.x, self.y);
+    }
+}
+
 /// One row of both Sobel slopes. One-sided at the border, with the right scale.
+#[inline(always)]
 fn sobel_row(image: &Plane<f32>, row: usize, out_x: &mut [f32], out_y: &mut [f32]) {
     let (width, height) = image.size();
     let (above, below) = (row.saturating_sub(1), (row + 1).min(height - 1));
     let (a, b, c) = (image.row(above), image.row(row), image.row(below));
-    let span_y = (below - above).max(1) as f32;
-    for (x, (out_x, out_y)) in out_x.iter_mut().zip(out_y).enumerate() {
+    let per_y = 1.0 / (4.0 * (below - above).max(1) as f32);
+    let column = |x: usize| a[x] + 2.0 * b[x] + c[x];
+    let slope = |x: usize| c[x] - a[x];
+    for x in [0, width - 1] {
         let (left, right) = (x.saturating_sub(1), (x + 1).min(width - 1));
         let span_x = (right - left).max(1) as f32;
-        let column = |x: usize| a[x] + 2.0 * b[x] + c[x];
-        let slope = |x: usize| c[x] - a[x];
-        *out_x = (column(right) - column(left)) / (4.0 * span_x);
-        *out_y = (slope(left) + 2.0 * slope(x) + slope(right)) / (4.0 * span_y);
+        out_x[x] = (column(right) - column(left)) / (4.0 * span_x);
+        out_y[x] = (slope(left) + 2.0 * slope(x) + slope(right)) * per_y;
+    }
+    // Slices of one length have no bounds to check, so that the loop runs on vectors.
+    let count = width.saturating_sub(2);
+    if count == 0 {
+        return;
+    }
+    let [al, am, ar] = [0, 1, 2].map(|i| &a[i..][..count]);
+    let [bl, br] = [0, 2].map(|i| &b[i..][..count]);
+    let [cl, cm, cr] = [0, 1, 2].map(|i| &c[i..][..count]);
+    let (out_x, out_y) = (&mut out_x[1..][..count], &mut out_y[1..][..count]);
+    for i in 0..count {
+        let (left, right) = (al[i] + 2.0 * bl[i] + cl[i], ar[i] + 2.0 * br[i] + cr[i]);
+        out_x[i] = 0.125 * (right - left);
+        out_y[i] = ((cl[i] - al[i]) + 2.0 * (cm[i] - am[i]) + (cr[i] - ar[i])) * per_y;
     }
 }
 

@@ -37,6 +37,19 @@ impl Gaussian {
         line * line
     }
 
+    /// Mean square of both central differences of smoothed white noise, over the noise's variance.
+    pub fn slope_gain(&self) -> f32 {
+        let at = |i: i64| {
+            let half = self.half.get(i.unsigned_abs() as usize);
+            half.copied().unwrap_or(0.0)
+        };
+        let reach = self.half.len() as i64;
+        let along: f32 = (-reach..=reach)
+            .map(|i| (0.5 * (at(i + 1) - at(i - 1))).powi(2))
+            .sum();
+        2.0 * along * self.noise_gain().sqrt()
+    }
+
     /// Smooths `image` into `out`, both of the same size.
     pub fn apply(&self, image: &Plane<f32>, out: &mut Plane<f32>) {
         if self.radius() == 0 {

@@ -2,8 +2,10 @@
 
 use crate::derivatives::Derivatives;
 use crate::error::{Error, positive, same_size};
+use crate::sweeping::{Sweep, sweep_together};
 use crate::{FlowField, Result};
 use sphereflow_core::Plane;
+use std::ops::Range;
 
 /// How the linear system (2.5) is solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,7 +90,14 @@ pub fn horn_schunck_of(
     };
     let system = System::new(derivatives, config);
     match config.solver {
-        HornSchunckSolver::Jacobi { sweeps } => system.jacobi(&mut flow, sweeps),
+        HornSchunckSolver::Jacobi { sweeps } => {
+            let sweeps = Sweeps {
+                system: &system,
+                flow: &mut flow,
+                sweeps,
+            };
+            pulp::Arch::new().dispatch(sweeps);
+        }
         HornSchunckSolver::Sor {
             tolerance_px,
             sweeps,
@@ -143,92 +152,115 @@ impl Weights {
     }
 }
 
-/// The linear system, ready for sweeps: `u = mean(u) - cx r`, `r = yx mean(u) + yy mean(v) + yt`.
+/// The linear system, ready for sweeps: `u = mean(u) - yx r`, `v = mean(v) - yy r n_u/n_v`, where
+/// `r = gain (yx mean(u) + yy mean(v) + yt)`, with n alpha^2 of (2.6) for each component n_u and n_v.
 struct System<'a> {
     d: &'a Derivatives,
-    cx: Vec<f32>,
-    cy: Vec<f32>,
-    /// Share of the horizontal neighbours in the means of u and v.
-    along: [f32; 2],
+    /// 1 / (n_u + yx^2 + yy^2 n_u/n_v).
+    gain: Vec<f32>,
+    /// n_u/n_v.
+    ratio: f32,
+    /// Share of each horizontal neighbour in the means of u and v.
+    share: [f32; 2],
 }
 
 impl<'a> System<'a> {
     fn new(d: &'a Derivatives, config: &HornSchunckConfig) -> Self {
         let Weights { u, v } = Weights::new(config.aspect);
         let alpha2 = config.alpha * config.alpha;
-        // n alpha^2 of (2.6), for each component: weights of the two neighbours each way.
-        let (nu, nv) = (2.0 * (u[0] + u[1]) * alpha2, 2.0 * (v[0] + v[1]) * alpha2);
+        // Weights of the two neighbours each way.
+        let [nu, nv] = [u, v].map(|[x, y]| 2.0 * (x + y) * alpha2);
+        let ratio = nu / nv;
         let slopes = d.x.data().iter().zip(d.y.data());
-        let (cx, cy) = slopes
-            .map(|(yx, yy)| {
-                let scale = 1.0 / (1.0 + yx * yx / nu + yy * yy / nv);
-                (yx / nu * scale, yy / nv * scale)
-            })
-            .unzip();
+        let gain = slopes.map(|(yx, yy)| 1.0 / (nu + yx * yx + yy * yy * ratio));
         Self {
             d,
-            cx,
-            cy,
-            along: [u[0] / (u[0] + u[1]), v[0] / (v[0] + v[1])],
+            gain: gain.collect(),
+            ratio,
+            share: [u, v].map(|[x, y]| 0.5 * x / (x + y)),
         }
     }
 
-    /// Thesis: eq. (2.7). All sweeps run through the image together, each two rows behind the one before, so
-    /// that the rows they share stay in the cache; the result is that of sweep after sweep.
-    fn jacobi(&self, flow: &mut FlowField, sweeps: usize) {
-        let height = flow.size().1;
-        let mut other = flow.clone();
-        /// Sweeps that run together: their rows fit into the cache.
-        const TOGETHER: usize = 10;
-        let mut done = 0;
-        while done < sweeps {
-            let together = TOGETHER.min(sweeps - done);
-            for front in 0..height + 2 * (together - 1) {
-                for sweep in 0..together {
-                    let Some(row) = front.checked_sub(2 * sweep).filter(|row| *row < height) else {
-                        continue;
-                    };
-                    match (done + sweep) % 2 {
-                        0 => self.jacobi_row(row, flow, &mut other),
-                        _ => self.jacobi_row(row, &other, flow),
-                    }
-                }
-            }
-            done += together;
-        }
+    /// Thesis: eq. (2.7).
+    #[inline(always)]
+    fn jacobi<const SQUARE: bool>(&self, flow: &mut FlowField, sweeps: usize) {
+        let mut pass = Jacobi::<'_, SQUARE> {
+            system: self,
+            other: flow.clone(),
+            flow,
+        };
+        sweep_together(pass.other.size(), sweeps, &mut pass);
         if sweeps % 2 == 1 {
-            std::mem::swap(flow, &mut other);
+            std::mem::swap(pass.flow, &mut pass.other);
         }
     }
 
-    fn jacobi_row(&self, y: usize, from: &FlowField, to: &mut FlowField) {
+    #[inline(always)]
+    fn jacobi_row<const SQUARE: bool>(
+        &self,
+        y: usize,
+        columns: Range<usize>,
+        from: &FlowField,
+        to: &mut FlowField,
+    ) {
         let (width, height) = from.size();
         let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
         let range = y * width..(y + 1) * width;
-        let (yx, yy, yt) = (self.d.x.row(y), self.d.y.row(y), self.d.t.row(y));
-        let (cx, cy) = (&self.cx[range.clone()], &self.cy[range.clone()]);
-        let (u, v) = (
-            [from.u.row(above), from.u.row(y), from.u.row(below)],
-            [from.v.row(above), from.v.row(y), from.v.row(below)],
-        );
-        let (out_u, out_v) = (
-            &mut to.u.data_mut()[range.clone()],
-            &mut to.v.data_mut()[range],
-        );
-        let mut pixel = |x: usize, left: usize, right: usize| {
-            let mean = |f: &[&[f32]; 3], share: f32| {
-                0.5 * (share * (f[1][left] + f[1][right]) + (1.0 - share) * (f[0][x] + f[2][x]))
-            };
-            let (mu, mv) = (mean(&u, self.along[0]), mean(&v, self.along[1]));
-            let r = yx[x] * mu + yy[x] * mv + yt[x];
-            out_u[x] = mu - cx[x] * r;
-            out_v[x] = mv - cy[x] * r;
-        };
-        pixel(0, 0, 1);
-        for x in 1..width - 1 {
-            pixel(x, x - 1, x + 1);
+        let coefficients = [
+            self.d.x.row(y),
+            self.d.y.row(y),
+            self.d.t.row(y),
+            &self.gain[range.clone()],
+        ];
+        let u = [from.u.row(above), from.u.row(y), from.u.row(below)];
+        let v = [from.v.row(above), from.v.row(y), from.v.row(below)];
+        let out_u = &mut to.u.data_mut()[range.clone()];
+        let out_v = &mut to.v.data_mut()[range];
+        let last = width - 1;
+        for (x, left, right) in [(0, 0, 1), (last, last - 1, last)] {
+            if !columns.contains(&x) {
+                continue;
+            }
+            let near = |f: [&[f32]; 3]| [f[1][left], f[1][right], f[0][x], f[2][x]];
+            let new = self.pixel::<SQUARE>(coefficients.map(|c| c[x]), near(u), near(v));
+            (out_u[x], out_v[x]) = (new[0], new[1]);
         }
-        pixel(width - 1, width - 2, width - 1);
+        // Slices of one length have no bounds to check, so that the loop runs on vectors.
+        let first = columns.start.max(1);
+        let count = columns.end.min(last).saturating_sub(first);
+        let [yx, yy, yt, gain] = coefficients.map(|row| &row[first..][..count]);
+        let [ul, ur, ua, ub] = neighbours(u, first, count);
+        let [vl, vr, va, vb] = neighbours(v, first, count);
+        let (out_u, out_v) = (&mut out_u[first..][..count], &mut out_v[first..][..count]);
+        for i in 0..count {
+            let new = self.pixel::<SQUARE>(
+                [yx[i], yy[i], yt[i], gain[i]],
+                [ul[i], ur[i], ua[i], ub[i]],
+                [vl[i], vr[i], va[i], vb[i]],
+            );
+            (out_u[i], out_v[i]) = (new[0], new[1]);
+        }
+    }
+
+    /// Flow of a pixel from that of its left, right, upper and lower neighbours; shorter for square pixels.
+    #[inline(always)]
+    fn pixel<const SQUARE: bool>(
+        &self,
+        [yx, yy, yt, gain]: [f32; 4],
+        u: [f32; 4],
+        v: [f32; 4],
+    ) -> [f32; 2] {
+        let mean = |n: [f32; 4], share: f32| {
+            if SQUARE {
+                0.25 * ((n[0] + n[1]) + (n[2] + n[3]))
+            } else {
+                share * (n[0] + n[1]) + (0.5 - share) * (n[2] + n[3])
+            }
+        };
+        let (mu, mv) = (mean(u, self.share[0]), mean(v, self.share[1]));
+        let r = gain * (yx * mu + yy * mv + yt);
+        let rv = if SQUARE { r } else { r * self.ratio };
+        [mu - yx * r, mv - yy * rv]
     }
 
     /// Gauss and Seidel's sweeps in place, over-relaxed.
@@ -242,17 +274,16 @@ impl<'a> System<'a> {
                 let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
                 for x in 0..width {
                     let (left, right) = (x.saturating_sub(1), (x + 1).min(width - 1));
-                    let mean = |f: &Plane<f32>, share: f32| {
-                        0.5 * (share * (f[(left, y)] + f[(right, y)])
-                            + (1.0 - share) * (f[(x, above)] + f[(x, below)]))
+                    let near = |f: &Plane<f32>| {
+                        [f[(left, y)], f[(right, y)], f[(x, above)], f[(x, below)]]
                     };
-                    let (mu, mv) = (mean(&flow.u, self.along[0]), mean(&flow.v, self.along[1]));
-                    let r = self.d.x[(x, y)] * mu + self.d.y[(x, y)] * mv + self.d.t[(x, y)];
-                    let i = y * width + x;
-                    let du = OVER * (mu - self.cx[i] * r - flow.u[(x, y)]);
-                    let dv = OVER * (mv - self.cy[i] * r - flow.v[(x, y)]);
-                    flow.u[(x, y)] += du;
-                    flow.v[(x, y)] += dv;
+                    let at = (x, y);
+                    let [yx, yy, yt] = [self.d.x[at], self.d.y[at], self.d.t[at]];
+                    let coefficients = [yx, yy, yt, self.gain[y * width + x]];
+                    let [u, v] = self.pixel::<false>(coefficients, near(&flow.u), near(&flow.v));
+                    let (du, dv) = (OVER * (u - flow.u[at]), OVER * (v - flow.v[at]));
+                    flow.u[at] += du;
+                    flow.v[at] += dv;
                     largest = largest.max(du.abs()).max(dv.abs());
                 }
             }
@@ -261,4 +292,53 @@ impl<'a> System<'a> {
             }
         }
     }
+}
+
+/// Sweeps from one flow to the other in turn.
+struct Jacobi<'a, const SQUARE: bool> {
+    system: &'a System<'a>,
+    flow: &'a mut FlowField,
+    other: FlowField,
+}
+
+impl<const SQUARE: bool> Sweep for Jacobi<'_, SQUARE> {
+    #[inline(always)]
+    fn visit(&mut self, sweep: usize, row: usize, columns: Range<usize>) {
+        let (from, to) = match sweep % 2 {
+            0 => (&*self.flow, &mut self.other),
+            _ => (&self.other, &mut *self.flow),
+        };
+        self.system.jacobi_row::<SQUARE>(row, columns, from, to);
+    }
+}
+
+/// Jacobi's sweeps, compiled for wide vectors.
+struct Sweeps<'a> {
+    system: &'a System<'a>,
+    flow: &'a mut FlowField,
+    sweeps: usize,
+}
+
+impl pulp::WithSimd for Sweeps<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        if self.system.ratio == 1.0 && self.system.share == [0.25; 2] {
+            self.system.jacobi::<true>(self.flow, self.sweeps);
+        } else {
+            self.system.jacobi::<false>(self.flow, self.sweeps);
+        }
+    }
+}
+
+/// Left, right, upper and lower neighbours of a row's pixels.
+#[inline(always)]
+fn neighbours([above, own, below]: [&[f32]; 3], first: usize, count: usize) -> [&[f32]; 4] {
+    [
+        &own[first - 1..][..count],
+        &own[first + 1..][..count],
+        &above[first..][..count],
+        &below[first..][..count],
+    ]
 }

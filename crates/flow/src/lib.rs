@@ -20,6 +20,7 @@ mod rof;
 mod sampling;
 mod sobolev;
 mod status;
+mod sweeping;
 mod tv_depth;
 mod tv_l1;
 
@@ -27,7 +28,7 @@ pub use data_term::DataTerm;
 pub use derivatives::{Derivatives, sobel};
 pub use error::Error;
 pub use field::FlowField;
-pub use filter::{Brightness, DepthFilter, DepthFilterConfig, DepthStep, VelocityNoise};
+pub use filter::{Brightness, DepthFilter, DepthFilterConfig, DepthStep, PoseNoise, VelocityNoise};
 pub use horn_schunck::{
     HornSchunckConfig, HornSchunckSolver, horn_schunck, horn_schunck_energy, horn_schunck_of,
 };

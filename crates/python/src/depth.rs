@@ -7,7 +7,9 @@ use crate::trajectory::{pose_from, pose_matrix};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use sphereflow_core::{Plane, Stamp, Twist};
-use sphereflow_flow::{Brightness, DepthFilter, DepthFilterConfig, DepthStatus, VelocityNoise};
+use sphereflow_flow::{
+    Brightness, DepthFilter, DepthFilterConfig, DepthStatus, PoseNoise, VelocityNoise,
+};
 
 /// Range and its standard deviation after a step, and what became of the image.
 #[pyclass(name = "DepthResult", module = "sphereflow.depth", frozen)]
@@ -182,7 +184,9 @@ impl PyDepthFilter {
     /// image : array_like, (H, W)
     ///     Brightness from 1 to 256, NaN unknown.
     /// world_from_camera : array_like, (4, 4), with stamp_ns
-    ///     Exact pose of the image.
+    ///     Pose of the image, exact but for a noise.
+    /// position_sigma_m, rotation_sigma_rad : float
+    ///     Standard deviation of the pose, each axis and each pose for itself.
     /// stamp_ns : int
     ///     Nanoseconds. A stamp that does not increase is skipped, with a reason.
     /// v_m_s, omega_rad_s : array_like, (3,), with dt_s
@@ -202,7 +206,7 @@ impl PyDepthFilter {
     /// ------
     /// ShapeError, DtypeError, ValueRangeError
     ///     Naming the argument; the filter is as before.
-    #[pyo3(signature = (image, *, world_from_camera = None, stamp_ns = None, v_m_s = None, omega_rad_s = None, dt_s = None, v_sigma_m_s = 0.0, omega_sigma_rad_s = 0.0))]
+    #[pyo3(signature = (image, *, world_from_camera = None, stamp_ns = None, v_m_s = None, omega_rad_s = None, dt_s = None, v_sigma_m_s = 0.0, omega_sigma_rad_s = 0.0, position_sigma_m = 0.0, rotation_sigma_rad = 0.0))]
     #[allow(clippy::too_many_arguments)] // keyword arguments of Python
     fn step(
         &mut self,
@@ -215,13 +219,20 @@ impl PyDepthFilter {
         dt_s: Option<f64>,
         v_sigma_m_s: f64,
         omega_sigma_rad_s: f64,
+        position_sigma_m: f64,
+        rotation_sigma_rad: f64,
     ) -> PyResult<PyDepthResult> {
         let image = grey(image, "image")?;
         let filter = &mut self.filter;
         let step = match (world_from_camera, stamp_ns, v_m_s, omega_rad_s, dt_s) {
             (Some(pose), Some(stamp_ns), None, None, None) => {
                 let pose = pose_from(pose, "world_from_camera")?;
-                py.detach(|| filter.step(&image, &pose, Stamp::from_ns(stamp_ns)))
+                let noise = PoseNoise {
+                    rotation_rad: rotation_sigma_rad,
+                    position_m: position_sigma_m,
+                };
+                let stamp = Stamp::from_ns(stamp_ns);
+                py.detach(|| filter.step_with_noise(&image, &pose, noise, stamp))
             }
             (None, None, Some(v), Some(omega), Some(dt_s)) => {
                 let twist = twist(v, omega)?;

@@ -40,6 +40,13 @@ def depth(
     std_percent: Annotated[
         float, typer.Option(help="Pixels less certain than this are left out of the depth images.")
     ] = 10.0,
+    position_sigma_m: Annotated[
+        float,
+        typer.Option(help="Standard deviation of a pose's place, clock and shutter included."),
+    ] = 0.002,
+    rotation_sigma_rad: Annotated[
+        float, typer.Option(help="Standard deviation of a pose's rotation, likewise.")
+    ] = 0.002,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an earlier result in the folder.")
     ] = False,
@@ -62,6 +69,8 @@ def depth(
             offset_s=offset_s,
             max_frames=max_frames,
             std_percent=std_percent,
+            position_sigma_m=position_sigma_m,
+            rotation_sigma_rad=rotation_sigma_rad,
             overwrite=overwrite,
             progress=progress,
         )
@@ -79,6 +88,12 @@ def depth(
             ("compared", f"{100 * error['compared_share']:.1f} % of the pixels with a true depth"),
             ("normalised", f"{error['normalised']:.2f} (error over standard deviation, median)"),
         ]
+    for claim in result["by_std"]:
+        low, high = claim["std_percent"]
+        limits = f"std {low:g} to {high:g} %" if high is not None else f"std above {low:g} %"
+        text = f"{100 * claim['share']:.1f} % of the pixels, median error "
+        text += f"{claim['median_percent']:.2f} %, normalised {claim['normalised']:.2f}"
+        rows.append((limits, text))
     rows.append(("result", str(out)))
     print_rows(rows)
     if not result["statuses"].get("updated"):

@@ -45,8 +45,8 @@ impl LensCall<()> for Contest<'_, '_> {
                 let ask = |x: usize| {
                     let here = y * width + x;
                     let other = other_surface(view, width, here)?;
-                    let own = cost(lens, pairs, here, y, view[here][0], width);
-                    let alternative = cost(lens, pairs, here, y, other, width);
+                    let own = cost(lens, pairs, here, view[here][0], width);
+                    let alternative = cost(lens, pairs, here, other, width);
                     // A pixel that nothing tells apart stays as it is.
                     let better = alternative < BETTER * own && own > 1.5;
                     better.then(|| {
@@ -82,17 +82,10 @@ fn other_surface(nodes: &[Node], width: usize, here: usize) -> Option<f32> {
 }
 
 /// Mean squared residual over the pixel and its four neighbours in all pairs, in units of the noise.
-fn cost<L: Lens>(
-    lens: &L,
-    pairs: &[Pair<'_>],
-    here: usize,
-    y: usize,
-    zeta: f32,
-    width: usize,
-) -> f32 {
+fn cost<L: Lens>(lens: &L, pairs: &[Pair<'_>], here: usize, zeta: f32, width: usize) -> f32 {
     let (mut sum, mut count) = (0.0_f32, 0.0_f32);
     for pair in pairs {
-        let gain = pair.gain[y];
+        let gain = pair.gain[here / width];
         let noise = pair.new.sigma.powi(2) + (gain * pair.past.sigma).powi(2);
         for place in [here, here - 1, here + 1, here - width, here + width] {
             let there = pair.step.rotation * pair.lattice.ray[place] + pair.step.translation * zeta;

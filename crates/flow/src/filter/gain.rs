@@ -13,11 +13,22 @@ pub(super) struct MeasureGain<'a, 'b> {
 }
 
 /// Sums over the pixels of a row that both images see.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     new: f64,
     past: f64,
     count: f64,
+    /// Count times the median of the pair's ratios.
+    median: f64,
+}
+
+impl Sums {
+    fn add(&mut self, other: &Self) {
+        self.new += other.new;
+        self.past += other.past;
+        self.count += other.count;
+        self.median += other.median;
+    }
 }
 
 /// Every so many pixels of a row are enough.
@@ -40,7 +51,7 @@ impl LensCall<Vec<f32>> for MeasureGain<'_, '_> {
             .flatten()
             .map(|[new, past]| new / past)
             .collect();
-        if ratios.len() < 50 {
+        if ratios.len() < LEAST_SAMPLES {
             return vec![1.0; lattice.height];
         }
         let middle = ratios.len() / 2;
@@ -54,14 +65,18 @@ impl LensCall<Vec<f32>> for MeasureGain<'_, '_> {
                     sums.new += f64::from(*new);
                     sums.past += f64::from(*past);
                     sums.count += 1.0;
+                    sums.median += f64::from(median);
                 }
             }
             sums
         };
         let sums: Vec<Sums> = samples.iter().map(sum).collect();
-        gains(&sums, f64::from(pair.new.sigma), f64::from(median))
+        gains(&sums, f64::from(pair.new.sigma))
     }
 }
+
+/// Fewer pixels measure no gain.
+const LEAST_SAMPLES: usize = 50;
 
 /// A row may be brighter or darker than the image by this share; what differs more was hidden.
 const ROW_CHANGE: f32 = 0.15;
@@ -87,45 +102,49 @@ fn row_samples<L: Lens>(lens: &L, pair: &Pair<'_>, nodes: &[Node], y: usize) -> 
     samples
 }
 
-/// One gain for all rows, and the smoothed deviations of the rows where they are more than noise.
-fn gains(sums: &[Sums], sigma: f64, overall: f64) -> Vec<f32> {
-    let total = sums.iter().fold(Sums::default(), |a, b| Sums {
-        new: a.new + b.new,
-        past: a.past + b.past,
-        count: a.count + b.count,
-    });
+/// The new image's gain in each row: one for all, and the smoothed deviations of the rows where they are
+/// more than noise (of standard deviation `sigma`).
+fn gains(sums: &[Sums], sigma: f64) -> Vec<f32> {
     let height = sums.len();
-    if total.count == 0.0 {
-        return vec![overall as f32; height];
+    let mut total = Sums::default();
+    sums.iter().for_each(|row| total.add(row));
+    if total.count < LEAST_SAMPLES as f64 {
+        return vec![1.0; height];
     }
+    let overall = total.new / total.past;
+    let level = total.past / total.count;
+    // Of a mean over both images' noise.
+    let variance_of = |count: f64| 2.0 * sigma * sigma / (count * level * level);
     let reach = (height / 40).max(1);
-    let smooth: Vec<f64> = (0..height)
+    let deviations: Vec<f64> = (0..height)
         .map(|y| {
+            let mut band = Sums::default();
             let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
-            let (mut new, mut past) = (0.0, 0.0);
-            for row in &sums[rows] {
-                new += row.new;
-                past += row.past;
-            }
-            if past > 0.0 {
-                new / past / overall - 1.0
+            sums[rows].iter().for_each(|row| band.add(row));
+            if band.past > 0.0 {
+                band.new / band.past / overall - 1.0
             } else {
                 0.0
             }
         })
         .collect();
-    let variance = smooth.iter().map(|d| d * d).sum::<f64>() / height as f64;
-    // Of a mean over a band of rows: noise of both images, and texture that the state misplaces.
+    let variance = deviations.iter().map(|d| d * d).sum::<f64>() / height as f64;
     let band = total.count / height as f64 * (2 * reach + 1) as f64;
-    let level = total.past / total.count;
-    let noise = 2.0 * sigma * sigma / (band * level * level);
-    let clear = variance > 25.0 * noise + LEAST_DEVIATION * LEAST_DEVIATION;
+    let clear = variance > 25.0 * variance_of(band) + LEAST_DEVIATION * LEAST_DEVIATION;
+    // A light that does not change is not measured again and again: the noise of that would stay.
+    // What is hidden moves the mean, a pattern the median: both must say so.
+    let change = (overall - 1.0)
+        .abs()
+        .min((total.median / total.count - 1.0).abs());
+    let changed = change > LEAST_CHANGE + 4.0 * variance_of(total.count).sqrt();
+    let overall = if clear || changed { overall } else { 1.0 };
     let keep = if clear { 1.0 } else { 0.0 };
-    smooth
-        .iter()
-        .map(|d| (overall * (1.0 + keep * d)) as f32)
-        .collect()
+    let gain = |d: &f64| (overall * (1.0 + keep * d)) as f32;
+    deviations.iter().map(gain).collect()
 }
 
 /// Deviations of rows below this are left to the texture that the state misplaces.
 const LEAST_DEVIATION: f64 = 0.01;
+
+/// Likewise of the whole image.
+const LEAST_CHANGE: f64 = 0.002;

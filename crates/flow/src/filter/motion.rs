@@ -17,11 +17,22 @@ pub struct VelocityNoise {
     pub linear_m_s: f64,
 }
 
+/// Noise of given poses, each axis and each pose for itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PoseNoise {
+    /// Standard deviation of the rotation, rad.
+    pub rotation_rad: f64,
+    /// Standard deviation of the position, metres.
+    pub position_m: f64,
+}
+
 /// The pose of the last image and how uncertain it has become.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     pub pose: Pose,
     pub drift: Drift,
+    /// Variance of the last pose by itself.
+    pub noise: Drift,
     stamp: Option<Stamp>,
 }
 
@@ -30,6 +41,7 @@ impl Default for Motion {
         Self {
             pose: Pose::identity(),
             drift: Drift::default(),
+            noise: Drift::default(),
             stamp: None,
         }
     }
@@ -41,9 +53,17 @@ impl Motion {
         self.stamp.is_none_or(|last| stamp > last)
     }
 
-    pub fn set(&mut self, pose: Pose, stamp: Option<Stamp>) {
+    pub fn set(&mut self, pose: Pose, noise: PoseNoise, stamp: Stamp) -> Result<()> {
+        finite_pose(&pose)?;
+        deviation("noise.rotation_rad", noise.rotation_rad)?;
+        deviation("noise.position_m", noise.position_m)?;
         self.pose = pose;
-        self.stamp = stamp;
+        self.noise = Drift {
+            rotation: noise.rotation_rad.powi(2) as f32,
+            translation: noise.position_m.powi(2) as f32,
+        };
+        self.stamp = Some(stamp);
+        Ok(())
     }
 
     /// Thesis: eq. (1.8): q' = q omega / 2 and C' = q v q*, exact for constant body velocities.
@@ -52,6 +72,7 @@ impl Motion {
         positive("dt_s", dt_s)?;
         deviation("noise.angular_rad_s", noise.angular_rad_s)?;
         deviation("noise.linear_m_s", noise.linear_m_s)?;
+        self.noise = Drift::default();
         self.pose = self.pose * se3::exp(&(twist.vector() * dt_s));
         self.drift.rotation += (noise.angular_rad_s * dt_s).powi(2) as f32;
         self.drift.translation += (noise.linear_m_s * dt_s).powi(2) as f32;
@@ -61,7 +82,7 @@ impl Motion {
 }
 
 /// Refuses a pose that is not finite.
-pub(super) fn finite_pose(pose: &Pose) -> Result<()> {
+fn finite_pose(pose: &Pose) -> Result<()> {
     let numbers = pose.quat_xyzw();
     let finite = numbers
         .iter()

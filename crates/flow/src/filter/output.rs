@@ -1,5 +1,6 @@
 //! The filter's state as ranges of the full image.
 
+use super::edges::Edges;
 use super::lattice::Lattice;
 use super::state::Node;
 use rayon::prelude::*;
@@ -45,6 +46,7 @@ impl Output {
         std: &mut Plane<f32>,
     ) {
         let width = self.width;
+        let edges = Edges::new(lattice, nodes);
         let columns: Vec<(usize, usize, f32)> = (0..width)
             .map(|x| place(x, self.binning, lattice.width, lattice.wraps))
             .collect();
@@ -53,6 +55,7 @@ impl Output {
             .enumerate()
             .for_each(|(y, (range, std))| {
                 let (top, bottom, t) = place(y, self.binning, lattice.height, false);
+                let row_cell = top;
                 let (top, bottom) = (top * lattice.width, bottom * lattice.width);
                 let length = &self.length[y * width..(y + 1) * width];
                 for (x, (left, right, s)) in columns.iter().enumerate() {
@@ -71,7 +74,8 @@ impl Output {
                         zeta
                     };
                     let metres = length[x] / zeta;
-                    let deviation = scale.of(variance, zeta);
+                    let edge = edges.variance(zeta, *left, row_cell);
+                    let deviation = scale.of(variance, edge, zeta);
                     let known = metres > 0.0 && metres.is_finite();
                     range[x] = if known { metres } else { f32::NAN };
                     std[x] = if known { metres * deviation } else { f32::NAN };
@@ -87,14 +91,16 @@ pub(super) struct StdScale {
     pub factor: f32,
     /// Relative error that no measurement takes away.
     pub floor: f32,
+    /// Relative variance of an error that all pixels share.
+    pub common: f32,
 }
 
 impl StdScale {
     /// Relative standard deviation.
     #[inline]
-    pub fn of(&self, variance: f32, zeta: f32) -> f32 {
-        let relative = self.factor * variance.sqrt() / zeta;
-        (relative * relative + self.floor * self.floor).sqrt()
+    pub fn of(&self, variance: f32, edge: f32, zeta: f32) -> f32 {
+        let square = (self.factor * self.factor * variance + edge) / (zeta * zeta);
+        (square + self.floor * self.floor + self.common).sqrt()
     }
 }
 

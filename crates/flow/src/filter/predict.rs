@@ -1,6 +1,7 @@
 //! The state carried from one camera pose to the next.
 
-use super::lattice::{Lattice, LensCall, mix};
+use super::carry::{Block, Carry, TOGETHER};
+use super::lattice::{Lattice, LensCall};
 use super::lens::Lens;
 use super::state::Node;
 use nalgebra::{Matrix3, Vector3};
@@ -28,13 +29,10 @@ pub(super) struct Predict<'a> {
 }
 
 /// Information left to a pixel that comes into view.
-const INFLOW: f32 = 0.01;
+pub(super) const INFLOW: f32 = 0.01;
 
 /// Share of information left where a surface is stretched: part of it may be another, just uncovered.
-const STRETCHED: f32 = 0.25;
-
-/// Surfaces whose zeta differs by less than this share are one.
-const SAME_SURFACE: f32 = 0.08;
+pub(super) const STRETCHED: f32 = 0.25;
 
 impl LensCall<()> for Predict<'_> {
     fn call<L: Lens>(self, lens: &L) {
@@ -50,35 +48,59 @@ impl LensCall<()> for Predict<'_> {
         if occlusion {
             splat(lens, lattice, &step, old, nearest);
         }
-        let (width, back) = (lattice.width, step.rotation.transpose());
+        let (width, arch) = (lattice.width, pulp::Arch::new());
+        let back = step.rotation.transpose();
         let nearest = &*nearest;
         new.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-            for (x, out) in row.iter_mut().enumerate() {
-                let here = y * width + x;
-                let ray = &lattice.ray[here];
-                if ray.x.is_nan() {
-                    *out = [f32::NAN, 0.0, 0.0, f32::NAN];
-                    continue;
-                }
-                let mut guess = known(old[here][0]);
-                let mut kept = memory;
-                if occlusion {
-                    match surface(lattice, nearest, x, y) {
-                        Seen::Again(zeta) => guess = zeta,
-                        Seen::Between(zeta) => {
-                            guess = zeta;
-                            kept *= STRETCHED;
-                        }
-                        Seen::First(zeta, weak) => {
-                            *out = fresh(if zeta > 0.0 { zeta } else { guess }, weak);
-                            continue;
-                        }
-                    }
-                }
-                let turned = step.rotation * ray;
-                *out = origin(lens, lattice, &step, &back, &turned, old, guess, kept);
-            }
+            arch.dispatch(PredictRow {
+                lens,
+                carry: Carry {
+                    lattice,
+                    step,
+                    back,
+                    old,
+                    memory,
+                },
+                nearest: occlusion.then_some(nearest),
+                y,
+                row,
+            });
         });
+    }
+}
+
+/// One row, compiled for wide vectors.
+struct PredictRow<'a, L: Lens> {
+    lens: &'a L,
+    carry: Carry<'a>,
+    /// Nearest surfaces, where they hide others.
+    nearest: Option<&'a [f32]>,
+    y: usize,
+    row: &'a mut [Node],
+}
+
+impl<L: Lens> pulp::WithSimd for PredictRow<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let mut x = 0;
+        for out in self.row.chunks_mut(TOGETHER) {
+            let mut block = Block::new();
+            for i in 0..out.len() {
+                block.guess(&self.carry, self.nearest, (x + i, self.y), i);
+            }
+            // What moved to a pixel says nearly where it was; the pixel itself less so.
+            let rounds = if self.nearest.is_some() { 2 } else { 3 };
+            let first = self.y * self.carry.lattice.width + x;
+            for round in 0..rounds {
+                block.place(self.lens, &self.carry, first, out.len());
+                block.read(&self.carry, round, out.len());
+                block.carry(self.lens, &self.carry, out.len());
+            }
+            block.write(out);
+            x += out.len();
+        }
     }
 }
 
@@ -93,7 +115,7 @@ pub(super) fn fresh(zeta: f32, weak: bool) -> Node {
 }
 
 /// Whether anything of the old frame moved to a pixel.
-enum Seen {
+pub(super) enum Seen {
     Again(f32),
     /// Its neighbours on both sides, but not itself.
     Between(f32),
@@ -105,7 +127,7 @@ const LOOK: usize = 12;
 
 /// What moved to pixel `(x, y)`: itself, or a crack between two that did. What comes out from behind
 /// something is taken to lie as far as the farther of its neighbours in the row.
-fn surface(lattice: &Lattice, nearest: &[f32], x: usize, y: usize) -> Seen {
+pub(super) fn surface(lattice: &Lattice, nearest: &[f32], x: usize, y: usize) -> Seen {
     let (width, height) = (lattice.width, lattice.height);
     let here = y * width + x;
     if nearest[here] > 0.0 {
@@ -129,7 +151,7 @@ fn surface(lattice: &Lattice, nearest: &[f32], x: usize, y: usize) -> Seen {
     Seen::First(if farther.is_finite() { farther } else { 0.0 }, weak)
 }
 
-fn known(zeta: f32) -> f32 {
+pub(super) fn known(zeta: f32) -> f32 {
     if zeta > 0.0 { zeta } else { 1e-3 }
 }
 
@@ -151,95 +173,4 @@ fn splat<L: Lens>(lens: &L, lattice: &Lattice, step: &Step, old: &[Node], neares
         let place = four[usize::from(s > 0.5) + 2 * usize::from(t > 0.5)];
         nearest[place] = nearest[place].max(zeta);
     }
-}
-
-/// Looks up where the pixel was: a fixed point, for its own zeta says where.
-#[allow(clippy::too_many_arguments)] // one call, in the innermost loop
-#[inline(always)]
-fn origin<L: Lens>(
-    lens: &L,
-    lattice: &Lattice,
-    step: &Step,
-    back: &Matrix3<f32>,
-    turned: &Vector3<f32>,
-    old: &[Node],
-    guess: f32,
-    memory: f32,
-) -> Node {
-    let mut zeta = guess;
-    let mut node = [guess, 0.0, 0.0, 1.0];
-    let mut slope = 1.0;
-    let mut inside = true;
-    for round in 0..3 {
-        let there = turned + step.translation * zeta;
-        let place = lens.project(&there);
-        let found = lattice.around(place);
-        inside = found.is_some();
-        let (four, s, t) = match found {
-            Some(found) => found,
-            None => match lattice.around(clamped(lattice, place)) {
-                Some(found) => found,
-                None => return [guess, 0.0, 0.0, 1.0],
-            },
-        };
-        let gauge = lens.gauge(&there);
-        node = mix(old, four, s, t);
-        let seen = zeta / gauge;
-        let same = (node[0] - seen).abs() < SAME_SURFACE * seen;
-        if !same && round > 0 {
-            // On an edge, the pixels of the other surface are left out.
-            node = nearest_of(old, four, s, t, seen);
-        }
-        let own = there / gauge;
-        let moved = back * (own - step.translation * node[0]);
-        let size = lens.gauge(&moved);
-        let possible = node[0] > 0.0 && size > 0.0;
-        if !possible {
-            return [guess, 0.0, 0.0, 1.0];
-        }
-        zeta = node[0] / size;
-        // Derivative of the new zeta by the old one, along a ray: near (gauge of the ray) / size^2.
-        slope = lens.gauge(&(back * own)).max(0.1) / (size * size);
-    }
-    let keep = if inside { memory } else { memory * INFLOW };
-    [
-        zeta,
-        node[1] * keep / slope,
-        node[2] * keep / (slope * slope),
-        node[3] * slope * slope,
-    ]
-}
-
-/// The mix of those of four pixels whose surface is the one of `seen`; the closest, where none is.
-fn nearest_of(old: &[Node], four: [usize; 4], s: f32, t: f32, seen: f32) -> Node {
-    let shares = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
-    let distance = |i: usize| (old[i][0] - seen).abs();
-    let mut best = four[0];
-    for place in four {
-        if distance(place) < distance(best) {
-            best = place;
-        }
-    }
-    let centre = old[best][0];
-    let (mut sum, mut total) = ([0.0_f32; 4], 0.0_f32);
-    for (place, share) in four.into_iter().zip(shares) {
-        if (old[place][0] - centre).abs() < SAME_SURFACE * centre {
-            for (sum, value) in sum.iter_mut().zip(old[place]) {
-                *sum += share * value;
-            }
-            total += share;
-        }
-    }
-    if total > 1e-3 {
-        sum.map(|v| v / total)
-    } else {
-        old[best]
-    }
-}
-
-fn clamped(lattice: &Lattice, [x, y]: [f32; 2]) -> [f32; 2] {
-    [
-        x.clamp(0.0, (lattice.width - 1) as f32),
-        y.clamp(0.0, (lattice.height - 1) as f32),
-    ]
 }

@@ -69,7 +69,7 @@ impl Preparation {
         gaussian.apply(&self.binned, &mut self.smooth);
         out.sigma_raw = raw;
         out.sigma = raw * gaussian.noise_gain().sqrt();
-        self.slopes(lattice, &mut out);
+        self.slopes(lattice, &gaussian, &mut out);
         out
     }
 
@@ -140,40 +140,64 @@ impl Preparation {
         1.0 - unknown as f32 / self.binned.data().len() as f32
     }
 
-    fn slopes(&self, lattice: &Lattice, out: &mut Prepared) {
+    fn slopes(&self, lattice: &Lattice, gaussian: &Gaussian, out: &mut Prepared) {
         let (width, height) = self.smooth.size();
         let smooth = &self.smooth;
         out.pixel.resize(width * height, [0.0; 4]);
-        let threshold = 4.0 * out.sigma * out.sigma;
-        let counts: Vec<usize> = out
-            .pixel
+        out.pixel
             .par_chunks_mut(width)
             .enumerate()
-            .map(|(y, row)| {
-                let (up, down) = (y.saturating_sub(1), (y + 1).min(height - 1));
-                let span = 1.0 / (down - up) as f32;
-                let (a, b, c) = (smooth.row(up), smooth.row(y), smooth.row(down));
-                let mut textured = 0;
-                for (x, out) in row.iter_mut().enumerate() {
-                    let (left, right, span_x) = match () {
-                        () if x > 0 && x + 1 < width => (x - 1, x + 1, 0.5),
-                        () if lattice.wraps => ((x + width - 1) % width, (x + 1) % width, 0.5),
-                        () if x == 0 => (0, 1, 1.0),
-                        () => (x - 1, x, 1.0),
-                    };
-                    let (gx, gy) = ((b[right] - b[left]) * span_x, (c[x] - a[x]) * span);
-                    *out = [b[x], gx, gy, 0.0];
-                    textured += usize::from(gx * gx + gy * gy > threshold);
-                }
-                textured
-            })
-            .collect();
+            .for_each(|(y, row)| slope_row(smooth, lattice.wraps, y, row));
+        // Squared slopes against those of noise, in blocks: each pixel may drown, the image may not.
+        let least = 2.0 * gaussian.slope_gain() * out.sigma_raw * out.sigma_raw;
+        let textured = textured_share(&out.pixel, width, least);
         let flat = |v: &f32| *v <= BLACK || *v >= SATURATED;
         let useless = smooth.data().iter().filter(|v| flat(v)).count();
         let pixels = (width * height) as f32;
-        let textured = counts.iter().sum::<usize>() as f32 / pixels;
         out.textured = textured.min(1.0 - useless as f32 / pixels);
     }
+}
+
+/// Brightness and slopes of a row.
+fn slope_row(smooth: &Plane<f32>, wraps: bool, y: usize, row: &mut [[f32; 4]]) {
+    let (width, height) = smooth.size();
+    let (up, down) = (y.saturating_sub(1), (y + 1).min(height - 1));
+    let span = 1.0 / (down - up) as f32;
+    let (a, b, c) = (smooth.row(up), smooth.row(y), smooth.row(down));
+    for (x, out) in row.iter_mut().enumerate() {
+        let (left, right, span_x) = match () {
+            () if x > 0 && x + 1 < width => (x - 1, x + 1, 0.5),
+            () if wraps => ((x + width - 1) % width, (x + 1) % width, 0.5),
+            () if x == 0 => (0, 1, 1.0),
+            () => (x - 1, x, 1.0),
+        };
+        let (gx, gy) = ((b[right] - b[left]) * span_x, (c[x] - a[x]) * span);
+        *out = [b[x], gx, gy, 0.0];
+    }
+}
+
+/// Share of blocks whose mean squared slope is above `least`.
+fn textured_share(pixels: &[[f32; 4]], width: usize, least: f32) -> f32 {
+    /// Columns and rows of a block: its mean of noise alone stays well below twice what is expected.
+    const BLOCK: (usize, usize) = (16, 8);
+    let (mut blocks, mut textured) = (0_usize, 0_usize);
+    for rows in pixels.chunks(width * BLOCK.1) {
+        for first in (0..width).step_by(BLOCK.0) {
+            let (mut sum, mut count) = (0.0_f32, 0.0_f32);
+            for row in rows.chunks_exact(width) {
+                for [_, gx, gy, _] in &row[first..(first + BLOCK.0).min(width)] {
+                    let square = gx * gx + gy * gy;
+                    if square.is_finite() {
+                        sum += square;
+                        count += 1.0;
+                    }
+                }
+            }
+            blocks += 1;
+            textured += usize::from(sum > least * count);
+        }
+    }
+    textured as f32 / blocks.max(1) as f32
 }
 
 impl Prepared {
@@ -192,7 +216,8 @@ impl Prepared {
 /// A pixel is an impulse where it stands out of its eight neighbours by far more than the noise.
 fn is_impulse(window: &mut [f32; 9], centre: f32, sigma: f32) -> Option<f32> {
     window.sort_unstable_by(f32::total_cmp);
-    let (median, low, high) = (window[4], window[1], window[7]);
+    // Up to two more impulses among the neighbours do not count.
+    let (median, low, high) = (window[4], window[2], window[6]);
     let stands_out = (centre - median).abs() > (6.0 * sigma).max(20.0) + 2.0 * (high - low);
     stands_out.then_some(median)
 }

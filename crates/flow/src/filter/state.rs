@@ -20,6 +20,8 @@ pub(super) struct Past {
     /// Covariance of this frame's pose against the next one, as the motion's sensors say: [rotation,
     /// translation] standard deviation accumulated since the start.
     pub drift: Drift,
+    /// Variance of this pose by itself.
+    pub noise: Drift,
 }
 
 /// Variance of a pose that is integrated from noisy velocities, accumulated since the start.
@@ -32,6 +34,14 @@ pub(super) struct Drift {
 }
 
 impl Drift {
+    /// Variances added.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            rotation: self.rotation + other.rotation,
+            translation: self.translation + other.translation,
+        }
+    }
+
     pub fn since(&self, past: &Self) -> Self {
         Self {
             rotation: (self.rotation - past.rotation).max(0.0),

@@ -4,7 +4,7 @@ use super::contest::Contest;
 use super::gain::MeasureGain;
 use super::predict::{Predict, Step};
 use super::prepare::Prepared;
-use super::state::{Node, Past};
+use super::state::{Drift, Node, Past};
 use super::update::{Pair, Update, fade};
 use super::{Brightness, DepthFilter, DepthStep};
 use crate::{DepthReason, DepthStatus};
@@ -22,8 +22,7 @@ impl DepthFilter {
         let Some(last) = self.past.front() else {
             return;
         };
-        let early = self.updates < self.config.start_frames;
-        let memory = if early { 0.9 } else { self.config.memory };
+        let memory = self.memory();
         self.lattice.lens.clone().with(Predict {
             lattice: &self.lattice,
             step: relative(&self.motion.pose, &last.world_from_camera),
@@ -34,6 +33,19 @@ impl DepthFilter {
             occlusion: self.config.occlusion,
         });
         std::mem::swap(&mut self.nodes, &mut self.spare);
+    }
+
+    /// Share of information that survives this frame.
+    fn memory(&self) -> f64 {
+        let early = self.updates < self.config.start_frames;
+        if early { 0.9 } else { self.config.memory }
+    }
+
+    /// Information of a pair on the scale of all depths, 1 over relative variance; a lag's pairs share their
+    /// motion with as many frames.
+    fn scale_per_frame(distance_m: f64, drift: &Drift, lag: usize, depth_m: f64) -> f64 {
+        let variance = f64::from(drift.translation) + f64::from(drift.rotation) * depth_m.powi(2);
+        distance_m.powi(2) / (variance * lag as f64)
     }
 
     /// Whether image and motion can say anything.
@@ -52,7 +64,7 @@ impl DepthFilter {
         }
         let least_m = self.least_baseline_m();
         let (mut baseline_m, mut turn, mut sees) = (0.0_f64, 0.0_f64, false);
-        for past in self.compared() {
+        for (_, past) in self.compared() {
             let (distance, angle) = self.motion.pose.distance_and_angle(&past.world_from_camera);
             baseline_m = baseline_m.max(distance);
             turn = turn.max(angle);
@@ -68,50 +80,61 @@ impl DepthFilter {
     }
 
     /// Past frames at the lags that are there and usable.
-    fn compared(&self) -> impl Iterator<Item = &Past> {
+    fn compared(&self) -> impl Iterator<Item = (usize, &Past)> {
         let frames = self
             .config
             .lags
             .iter()
-            .filter_map(|lag| self.past.get(lag - 1));
-        frames.filter(|past| !past.image.pixel.is_empty())
+            .filter_map(|lag| Some((*lag, self.past.get(lag - 1)?)));
+        frames.filter(|(_, past)| !past.image.pixel.is_empty())
     }
 
     /// Baseline whose parallax in the middle of the image is just enough, metres.
     fn least_baseline_m(&self) -> f64 {
+        f64::from(LEAST_PARALLAX_PX) / (f64::from(self.lattice.focal_px) * self.middle_zeta())
+    }
+
+    /// zeta in the middle of the image, 1/m.
+    fn middle_zeta(&self) -> f64 {
         let middle = self.lattice.height / 2 * self.lattice.width + self.lattice.width / 2;
         let zeta = f64::from(self.nodes[middle][0]);
-        let zeta = if zeta > 0.0 {
+        if zeta > 0.0 {
             zeta
         } else {
             1.0 / self.config.initial_range_m
-        };
-        f64::from(LEAST_PARALLAX_PX) / (f64::from(self.lattice.focal_px) * zeta)
+        }
+    }
+
+    /// The new image and a past one, before their light is compared.
+    fn pair<'a>(&'a self, new: &'a Prepared, past: &'a Past) -> Pair<'a> {
+        let drift = self.motion.drift.since(&past.drift);
+        Pair {
+            lattice: &self.lattice,
+            step: relative(&self.motion.pose, &past.world_from_camera),
+            new,
+            past: &past.image,
+            surface: if self.config.occlusion {
+                &past.surface
+            } else {
+                &[]
+            },
+            gain: vec![1.0; self.lattice.height],
+            drift: drift.plus(&self.motion.noise).plus(&past.noise),
+        }
     }
 
     pub(super) fn update(&mut self, prepared: &Prepared, step: &mut DepthStep) {
         let least_m = self.least_baseline_m();
+        let (mut scale, depth_m) = (0.0_f64, 1.0 / self.middle_zeta());
         let mut nodes = std::mem::take(&mut self.nodes);
         let mut trust = std::mem::take(&mut self.trust);
         let mut pairs = Vec::with_capacity(self.config.lags.len());
-        for past in self.compared() {
+        for (lag, past) in self.compared() {
             let (distance, _) = self.motion.pose.distance_and_angle(&past.world_from_camera);
             if distance <= least_m {
                 continue;
             }
-            let mut pair = Pair {
-                lattice: &self.lattice,
-                step: relative(&self.motion.pose, &past.world_from_camera),
-                new: prepared,
-                past: &past.image,
-                surface: if self.config.occlusion {
-                    &past.surface
-                } else {
-                    &[]
-                },
-                gain: vec![1.0; self.lattice.height],
-                drift: self.motion.drift.since(&past.drift),
-            };
+            let mut pair = self.pair(prepared, past);
             if self.config.brightness == Brightness::Measured {
                 let measure = MeasureGain {
                     pair: &pair,
@@ -119,6 +142,7 @@ impl DepthFilter {
                 };
                 pair.gain = self.lattice.lens.with(measure);
             }
+            scale = scale.max(Self::scale_per_frame(distance, &pair.drift, lag, depth_m));
             pairs.push(pair);
         }
         if self.config.occlusion {
@@ -143,6 +167,7 @@ impl DepthFilter {
         fade(&mut nodes, &trust);
         self.trust = trust;
         self.nodes = nodes;
+        self.scale_information = self.memory() * self.scale_information + scale;
         step.fitting_share = fitting as f32 / compared as f32;
     }
 
@@ -166,6 +191,7 @@ impl DepthFilter {
             world_from_camera: self.motion.pose,
             surface,
             drift: self.motion.drift,
+            noise: self.motion.noise,
         });
     }
 }

@@ -3,11 +3,12 @@
 mod solver;
 mod warping;
 
+use crate::derivatives::sobel_into;
 use crate::error::{Error, positive, same_size};
 use crate::{FlowField, Result};
-use solver::{Linearised, Workspace};
+use solver::Workspace;
 use sphereflow_core::Plane;
-use warping::{halved, median_filtered, smoothed, warp};
+use warping::{halved, linearise_at, median_filtered, smoothed};
 
 /// Settings of [`TvL1Flow`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -149,14 +150,11 @@ impl TvL1Flow {
             if flow.size() != from.size() {
                 flow = flow.resized(from.width(), from.height());
             }
+            let [slope_x, slope_y] = &mut work.slopes;
+            sobel_into(from, slope_x, slope_y);
             for _ in 0..self.config.warps {
-                let linear = Linearised::new(from, &warp(to, &flow), &flow);
-                work.solve(
-                    &linear,
-                    &mut flow,
-                    self.config.lambda,
-                    self.config.iterations,
-                );
+                linearise_at(work, from, to, &flow);
+                work.solve(&mut flow, self.config.lambda, self.config.iterations);
                 flow = median_filtered(flow, self.config.median_radius);
             }
         }

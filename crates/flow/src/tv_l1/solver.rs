@@ -1,44 +1,46 @@
 //! The convex problem of one linearisation, solved by a primal-dual iteration.
 
 use crate::FlowField;
+use crate::sweeping::{Sweep, sweep_together};
 use sphereflow_core::Plane;
+use std::ops::Range;
 
 /// Thesis: section 2.1.4. The residual rho(V) = y1(z + V0) - y0(z) + grad y . (V - V0), affine in V.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Linearised {
     /// rho at V = 0.
-    offset: Vec<f32>,
-    slope_x: Vec<f32>,
-    slope_y: Vec<f32>,
-}
-
-/// An image warped by a flow: values and slopes, NaN where the flow leaves the image.
-pub(super) struct Warped {
-    pub value: Vec<f32>,
+    pub offset: Vec<f32>,
     pub slope_x: Vec<f32>,
     pub slope_y: Vec<f32>,
+    /// 1 / |slope|^2.
+    pub per_square: Vec<f32>,
 }
 
 impl Linearised {
-    /// Where the flow leads out of the image there is no data: slope and residual are zero.
-    pub fn new(from: &Plane<f32>, warped: &Warped, flow: &FlowField) -> Self {
-        let (own_x, own_y) = crate::derivatives::sobel(from);
-        let pixels = from.data().len();
-        let mut linear = Self {
-            offset: vec![0.0; pixels],
-            slope_x: vec![0.0; pixels],
-            slope_y: vec![0.0; pixels],
-        };
-        for i in 0..pixels {
-            // The mean of both slopes is of second order in what is left of the motion.
-            let gx = 0.5 * (warped.slope_x[i] + own_x.data()[i]);
-            let gy = 0.5 * (warped.slope_y[i] + own_y.data()[i]);
-            let rest = warped.value[i] - from.data()[i];
-            let offset = rest - gx * flow.u.data()[i] - gy * flow.v.data()[i];
-            if offset.is_finite() {
-                (linear.offset[i], linear.slope_x[i], linear.slope_y[i]) = (offset, gx, gy);
-            }
+    /// Room for a level's pixels.
+    pub fn resize(&mut self, pixels: usize) {
+        for plane in [
+            &mut self.offset,
+            &mut self.slope_x,
+            &mut self.slope_y,
+            &mut self.per_square,
+        ] {
+            plane.resize(pixels, 0.0);
         }
-        linear
+    }
+}
+
+/// A pixel's part of [`Linearised`], from the warped value with its slopes, the first image's value and
+/// slopes, and the flow. Where the flow leads out of the image there is no data: all zero.
+#[inline(always)]
+pub(super) fn linearise(warped: [f32; 3], own: [f32; 3], flow: [f32; 2]) -> [f32; 4] {
+    // The mean of both slopes is of second order in what is left of the motion.
+    let (gx, gy) = (0.5 * (warped[1] + own[1]), 0.5 * (warped[2] + own[2]));
+    let offset = warped[0] - own[0] - gx * flow[0] - gy * flow[1];
+    if offset.is_finite() {
+        [offset, gx, gy, per_square(gx, gy)]
+    } else {
+        [0.0; 4]
     }
 }
 
@@ -47,14 +49,14 @@ impl Linearised {
 pub(super) struct Workspace {
     ahead: [Plane<f32>; 2],
     dual: [[Plane<f32>; 2]; 2],
+    /// Slopes of the first image by column and row.
+    pub slopes: [Plane<f32>; 2],
+    pub linear: Linearised,
 }
 
 /// Steps of the iteration with tau sigma |grad|^2 = 1: |grad|^2 <= 8 of forward differences.
 const STEP_PRIMAL: f32 = 0.25;
 const STEP_DUAL: f32 = 0.5;
-
-/// Iterations that run through the image together, each two rows behind the one before.
-const TOGETHER: usize = 8;
 
 impl Workspace {
     pub fn new((width, height): (usize, usize)) -> Self {
@@ -63,6 +65,8 @@ impl Workspace {
         Self {
             ahead: pair(),
             dual: [pair(), pair()],
+            slopes: pair(),
+            linear: Linearised::default(),
         }
     }
 
@@ -71,101 +75,164 @@ impl Workspace {
     }
 
     /// Minimises the sum of |grad u| + |grad v| + lambda |rho(u, v)|.
-    pub fn solve(&mut self, linear: &Linearised, flow: &mut FlowField, lambda: f32, count: usize) {
-        let height = flow.size().1;
+    pub fn solve(&mut self, flow: &mut FlowField, lambda: f32, count: usize) {
         self.ahead[0].clone_from(&flow.u);
         self.ahead[1].clone_from(&flow.v);
-        let mut done = 0;
-        while done < count {
-            let together = TOGETHER.min(count - done);
-            for front in 0..height + 2 * (together - 1) {
-                for iteration in 0..together {
-                    let row = front.checked_sub(2 * iteration);
-                    if let Some(row) = row.filter(|row| *row < height) {
-                        self.dual_row(row);
-                        self.primal_row(row, linear, flow, lambda);
-                    }
-                }
-            }
-            done += together;
-        }
+        let linear = std::mem::take(&mut self.linear);
+        pulp::Arch::new().dispatch(Iterations {
+            work: self,
+            linear: &linear,
+            flow,
+            lambda,
+            count,
+        });
+        self.linear = linear;
     }
 
     /// Ascent of the dual variable along the gradient, and its projection onto the unit disc.
-    fn dual_row(&mut self, y: usize) {
+    #[inline(always)]
+    fn dual_row(&mut self, y: usize, columns: Range<usize>) {
         let (width, height) = self.size();
         let below = (y + 1).min(height - 1);
-        let range = y * width..(y + 1) * width;
+        let (last, first) = (width - 1, columns.start);
+        // Slices of one length have no bounds to check, so that the loops run on vectors.
+        let count = columns.end.min(last).saturating_sub(first);
         for (ahead, [px, py]) in self.ahead.iter().zip(&mut self.dual) {
             let (row, next) = (ahead.row(y), ahead.row(below));
-            let (px, py) = (
-                &mut px.data_mut()[range.clone()],
-                &mut py.data_mut()[range.clone()],
-            );
-            let right = row.iter().zip(&row[1..]).zip(next);
-            for ((px, py), ((own, right), below)) in px.iter_mut().zip(py.iter_mut()).zip(right) {
-                let a = *px + STEP_DUAL * (right - own);
-                let b = *py + STEP_DUAL * (below - own);
-                let scale = 1.0 / (a * a + b * b).sqrt().max(1.0);
-                (*px, *py) = (a * scale, b * scale);
+            let px = &mut px.data_mut()[y * width..(y + 1) * width];
+            let py = &mut py.data_mut()[y * width..(y + 1) * width];
+            if columns.end == width {
+                px[last] = 0.0;
+                py[last] = (py[last] + STEP_DUAL * (next[last] - row[last])).clamp(-1.0, 1.0);
             }
-            let last = width - 1;
-            px[last] = 0.0;
-            py[last] = (py[last] + STEP_DUAL * (next[last] - row[last])).clamp(-1.0, 1.0);
+            let (own, right) = (&row[first..][..count], &row[first + 1..][..count]);
+            let down = &next[first..][..count];
+            let (px, py) = (&mut px[first..][..count], &mut py[first..][..count]);
+            for i in 0..count {
+                let a = px[i] + STEP_DUAL * (right[i] - own[i]);
+                let b = py[i] + STEP_DUAL * (down[i] - own[i]);
+                let square = a * a + b * b;
+                let scale = 1.0 / if square > 1.0 { square } else { 1.0 }.sqrt();
+                (px[i], py[i]) = (a * scale, b * scale);
+            }
         }
     }
 
     /// Descent of the flow along the divergence, the threshold of the data, and the extrapolation.
-    fn primal_row(&mut self, y: usize, linear: &Linearised, flow: &mut FlowField, lambda: f32) {
+    #[inline(always)]
+    fn primal_row(
+        &mut self,
+        y: usize,
+        columns: Range<usize>,
+        linear: &Linearised,
+        flow: &mut FlowField,
+        lambda: f32,
+    ) {
         let (width, height) = self.size();
         let range = y * width..(y + 1) * width;
-        let [[pux, puy], [pvx, pvy]] = &self.dual;
         let above = y.saturating_sub(1);
         // Rows of the vertical dual, of which the first has nothing above and the last does not count.
-        let (own, before) = (
-            if y + 1 < height { 1.0 } else { 0.0 },
-            if y > 0 { 1.0 } else { 0.0 },
-        );
-        let (ux, uy, uy_above) = (pux.row(y), puy.row(y), puy.row(above));
-        let (vx, vy, vy_above) = (pvx.row(y), pvy.row(y), pvy.row(above));
+        let own = if y + 1 < height { 1.0 } else { 0.0 };
+        let before = if y > 0 { 1.0 } else { 0.0 };
+        let [[ux, uy], [vx, vy]] = &self.dual;
+        let duals = [
+            [ux.row(y), uy.row(y), uy.row(above)],
+            [vx.row(y), vy.row(y), vy.row(above)],
+        ];
         let [ahead_u, ahead_v] = &mut self.ahead;
-        let (ahead_u, ahead_v) = (
-            &mut ahead_u.data_mut()[range.clone()],
-            &mut ahead_v.data_mut()[range.clone()],
-        );
-        let (u, v) = (
+        let mut out = [
             &mut flow.u.data_mut()[range.clone()],
             &mut flow.v.data_mut()[range.clone()],
-        );
-        let (gx, gy) = (
-            &linear.slope_x[range.clone()],
-            &linear.slope_y[range.clone()],
-        );
-        let offset = &linear.offset[range];
-        let weight = STEP_PRIMAL * lambda;
-        let mut pixel = |x: usize, ux_left: f32, vx_left: f32| {
-            let div_u = ux[x] - ux_left + own * uy[x] - before * uy_above[x];
-            let div_v = vx[x] - vx_left + own * vy[x] - before * vy_above[x];
-            let (mu, mv) = (u[x] + STEP_PRIMAL * div_u, v[x] + STEP_PRIMAL * div_v);
-            let step = threshold(offset[x] + gx[x] * mu + gy[x] * mv, gx[x], gy[x], weight);
-            let (nu, nv) = (mu + step * gx[x], mv + step * gy[x]);
-            (ahead_u[x], ahead_v[x]) = (2.0 * nu - u[x], 2.0 * nv - v[x]);
-            (u[x], v[x]) = (nu, nv);
+            &mut ahead_u.data_mut()[range.clone()],
+            &mut ahead_v.data_mut()[range.clone()],
+        ];
+        let data = [
+            &linear.offset,
+            &linear.slope_x,
+            &linear.slope_y,
+            &linear.per_square,
+        ]
+        .map(|plane| &plane[range.clone()]);
+        let pixel = |flow: [f32; 2], div: [f32; 2], data: [f32; 4]| {
+            primal(flow, div, data, STEP_PRIMAL * lambda)
         };
-        pixel(0, 0.0, 0.0);
-        for x in 1..width {
-            pixel(x, ux[x - 1], vx[x - 1]);
+        if columns.start == 0 {
+            let div = duals.map(|[x, y, above]| x[0] + own * y[0] - before * above[0]);
+            let new = pixel([out[0][0], out[1][0]], div, data.map(|d| d[0]));
+            out.iter_mut().zip(new).for_each(|(out, new)| out[0] = new);
+        }
+        let first = columns.start.max(1);
+        let count = columns.end - first;
+        let [[ux, uy, ua], [vx, vy, va]] = duals;
+        let (ul, vl) = (&ux[first - 1..][..count], &vx[first - 1..][..count]);
+        let [ux, uy, ua] = [ux, uy, ua].map(|row| &row[first..][..count]);
+        let [vx, vy, va] = [vx, vy, va].map(|row| &row[first..][..count]);
+        let [offset, gx, gy, per_square] = data.map(|row| &row[first..][..count]);
+        let [u, v, ahead_u, ahead_v] = out.map(|row| &mut row[first..][..count]);
+        for i in 0..count {
+            let div_u = ux[i] - ul[i] + own * uy[i] - before * ua[i];
+            let div_v = vx[i] - vl[i] + own * vy[i] - before * va[i];
+            let data = [offset[i], gx[i], gy[i], per_square[i]];
+            let new = pixel([u[i], v[i]], [div_u, div_v], data);
+            [u[i], v[i], ahead_u[i], ahead_v[i]] = new;
         }
     }
 }
 
+/// Iterations, compiled for wide vectors.
+struct Iterations<'a> {
+    work: &'a mut Workspace,
+    linear: &'a Linearised,
+    flow: &'a mut FlowField,
+    lambda: f32,
+    count: usize,
+}
+
+impl pulp::WithSimd for Iterations<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(mut self, _: S) {
+        sweep_together(self.flow.size(), self.count, &mut self);
+    }
+}
+
+impl Sweep for Iterations<'_> {
+    #[inline(always)]
+    fn visit(&mut self, _: usize, row: usize, columns: Range<usize>) {
+        self.work.dual_row(row, columns.clone());
+        self.work
+            .primal_row(row, columns, self.linear, self.flow, self.lambda);
+    }
+}
+
+/// The new flow of a pixel and its extrapolation, from flow, divergence and data (offset, slopes, 1/slope^2).
+#[inline(always)]
+fn primal(flow: [f32; 2], div: [f32; 2], data: [f32; 4], weight: f32) -> [f32; 4] {
+    let [offset, gx, gy, per_square] = data;
+    let (mu, mv) = (
+        flow[0] + STEP_PRIMAL * div[0],
+        flow[1] + STEP_PRIMAL * div[1],
+    );
+    let step = threshold(offset + gx * mu + gy * mv, per_square, weight);
+    let (u, v) = (mu + step * gx, mv + step * gy);
+    [u, v, 2.0 * u - flow[0], 2.0 * v - flow[1]]
+}
+
 /// Thesis: eq. (2.9). The step along grad y that minimises alpha^2 |rho| + beta^2 |step|^2, where
 /// `weight` = alpha^2/(2 beta^2): full towards rho = 0 where that is in reach.
-#[inline]
-fn threshold(rho: f32, gx: f32, gy: f32, weight: f32) -> f32 {
-    /// Keeps the quotient finite where there is no slope; nothing is reached there anyway.
+#[inline(always)]
+fn threshold(rho: f32, per_square: f32, weight: f32) -> f32 {
+    let step = -rho * per_square;
+    let step = if step > weight { weight } else { step };
+    if step < -weight { -weight } else { step }
+}
+
+/// 1/(gx^2 + gy^2), finite where there is no slope: nothing is reached there anyway.
+#[inline(always)]
+fn per_square(gx: f32, gy: f32) -> f32 {
     const NO_SLOPE: f32 = 1e-9;
-    (-rho / (gx * gx + gy * gy + NO_SLOPE)).clamp(-weight, weight)
+    1.0 / (gx * gx + gy * gy + NO_SLOPE)
 }
 
 #[cfg(test)]
@@ -177,9 +244,9 @@ mod tests {
         // Thesis: eq. (2.9).
         let (gx, gy, weight) = (3.0_f32, 4.0_f32, 0.1_f32);
         let reach = weight * 25.0;
-        assert!((threshold(-2.0 * reach, gx, gy, weight) - weight).abs() < 1e-6);
-        assert!((threshold(2.0 * reach, gx, gy, weight) + weight).abs() < 1e-6);
-        let inside = threshold(0.5 * reach, gx, gy, weight);
+        assert!((threshold(-2.0 * reach, per_square(gx, gy), weight) - weight).abs() < 1e-6);
+        assert!((threshold(2.0 * reach, per_square(gx, gy), weight) + weight).abs() < 1e-6);
+        let inside = threshold(0.5 * reach, per_square(gx, gy), weight);
         assert!(
             (0.5 * reach + inside * 25.0).abs() < 1e-5,
             "rho must vanish"
@@ -193,7 +260,7 @@ mod tests {
         for rho in [-2.0_f32, -0.2, 0.0, 0.1, 3.0] {
             let g2 = gx * gx + gy * gy;
             let cost = |s: f32| 2.0 * weight * (rho + s * g2).abs() + s * s * g2;
-            let found = cost(threshold(rho, gx, gy, weight));
+            let found = cost(threshold(rho, per_square(gx, gy), weight));
             let best = (-1000..=1000)
                 .map(|i| cost(i as f32 * 1e-3))
                 .fold(f32::MAX, f32::min);

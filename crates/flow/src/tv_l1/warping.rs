@@ -1,6 +1,6 @@
 //! What goes on between the linearisations: warped images, smaller images, median filters.
 
-use super::solver::Warped;
+use super::solver::{Workspace, linearise};
 use crate::FlowField;
 use crate::gaussian::Gaussian;
 use nalgebra::Vector2;
@@ -8,64 +8,109 @@ use rayon::prelude::*;
 use sphereflow_core::Plane;
 use sphereflow_sphere::Sampler;
 
-/// The image at z + flow(z), bicubic, with its slopes.
-pub(super) fn warp(image: &Plane<f32>, flow: &FlowField) -> Warped {
-    let (width, height) = image.size();
-    let pixels = width * height;
-    let mut warped = Warped {
-        value: vec![f32::NAN; pixels],
-        slope_x: vec![f32::NAN; pixels],
-        slope_y: vec![f32::NAN; pixels],
-    };
-    let sampler = Sampler::new(image);
-    warped
-        .value
-        .par_chunks_mut(width)
-        .zip(warped.slope_x.par_chunks_mut(width))
-        .zip(warped.slope_y.par_chunks_mut(width))
-        .enumerate()
-        .for_each(|(y, ((value, slope_x), slope_y))| {
-            for x in 0..width {
-                let (px, py) = (x as f32 + flow.u[(x, y)], y as f32 + flow.v[(x, y)]);
-                let inside =
-                    px >= 1.0 && py >= 1.0 && px < width as f32 - 2.0 && py < height as f32 - 2.0;
-                if inside {
-                    let sample = bicubic(image, px, py);
-                    (value[x], slope_x[x], slope_y[x]) = sample;
-                } else {
-                    let pixel = Vector2::new(f64::from(px), f64::from(py));
-                    let sample = sampler.bilinear_with_slope(&pixel);
-                    value[x] = sample.value;
-                    (slope_x[x], slope_y[x]) = (sample.slope.x, sample.slope.y);
-                }
-            }
+/// The data at z + flow(z) into `work`: `to` read bicubically with its slopes, against `from`.
+pub(super) fn linearise_at(
+    work: &mut Workspace,
+    from: &Plane<f32>,
+    to: &Plane<f32>,
+    flow: &FlowField,
+) {
+    let width = from.width();
+    let linear = &mut work.linear;
+    linear.resize(from.data().len());
+    let [own_x, own_y] = &work.slopes;
+    let arch = pulp::Arch::new();
+    let rows = linear.offset.par_chunks_mut(width);
+    let rows = rows.zip(linear.slope_x.par_chunks_mut(width));
+    let rows = rows.zip(linear.slope_y.par_chunks_mut(width));
+    let rows = rows.zip(linear.per_square.par_chunks_mut(width));
+    rows.enumerate()
+        .for_each(|(y, (((offset, gx), gy), per_square))| {
+            let own = [from.row(y), own_x.row(y), own_y.row(y)];
+            let flow = [flow.u.row(y), flow.v.row(y)];
+            let out = [offset, gx, gy, per_square];
+            arch.dispatch(LineariseRow {
+                to,
+                y,
+                own,
+                flow,
+                out,
+            });
         });
-    warped
+}
+
+/// [`linearise_row`], compiled for wide vectors.
+struct LineariseRow<'a> {
+    to: &'a Plane<f32>,
+    y: usize,
+    own: [&'a [f32]; 3],
+    flow: [&'a [f32]; 2],
+    out: [&'a mut [f32]; 4],
+}
+
+impl pulp::WithSimd for LineariseRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        linearise_row(self.to, self.y, self.own, self.flow, self.out);
+    }
+}
+
+#[inline(always)]
+fn linearise_row(
+    to: &Plane<f32>,
+    y: usize,
+    own: [&[f32]; 3],
+    flow: [&[f32]; 2],
+    out: [&mut [f32]; 4],
+) {
+    let (width, height) = to.size();
+    let (last_x, last_y) = (width as f32 - 2.0, height as f32 - 2.0);
+    let sampler = Sampler::new(to);
+    for x in 0..width {
+        let flow = flow.map(|row| row[x]);
+        let (px, py) = (x as f32 + flow[0], y as f32 + flow[1]);
+        let inside = px >= 1.0 && py >= 1.0 && px < last_x && py < last_y;
+        let warped = if inside {
+            bicubic(to, px, py)
+        } else {
+            let pixel = Vector2::new(f64::from(px), f64::from(py));
+            let sample = sampler.bilinear_with_slope(&pixel);
+            [sample.value, sample.slope.x, sample.slope.y]
+        };
+        let new = linearise(warped, own.map(|row| row[x]), flow);
+        for k in 0..4 {
+            out[k][x] = new[k];
+        }
+    }
 }
 
 /// Catmull-Rom value and slopes well inside the image: as [`Sampler::bicubic_with_slope`], without
 /// the tests at borders.
-#[inline]
-fn bicubic(image: &Plane<f32>, x: f32, y: f32) -> (f32, f32, f32) {
+#[inline(always)]
+fn bicubic(image: &Plane<f32>, x: f32, y: f32) -> [f32; 3] {
     let (x0, y0) = (x as usize, y as usize);
     let (s, t) = (x - x0 as f32, y - y0 as f32);
     let (wx, dx) = catmull_rom(s);
     let (wy, dy) = catmull_rom(t);
     let (data, width) = (image.data(), image.width());
-    let (mut value, mut by_x, mut by_y) = (0.0, 0.0, 0.0);
+    // Down the columns first, four of them at a time.
+    let (mut mixed, mut slope) = ([0.0_f32; 4], [0.0_f32; 4]);
     for j in 0..4 {
         let start = (y0 + j - 1) * width + x0 - 1;
         let row = &data[start..start + 4];
-        let mix = row[0] * wx[0] + row[1] * wx[1] + row[2] * wx[2] + row[3] * wx[3];
-        let slope = row[0] * dx[0] + row[1] * dx[1] + row[2] * dx[2] + row[3] * dx[3];
-        value += wy[j] * mix;
-        by_x += wy[j] * slope;
-        by_y += dy[j] * mix;
+        for i in 0..4 {
+            mixed[i] += wy[j] * row[i];
+            slope[i] += dy[j] * row[i];
+        }
     }
-    (value, by_x, by_y)
+    let along =
+        |w: &[f32; 4], v: &[f32; 4]| w[0] * v[0] + w[1] * v[1] + (w[2] * v[2] + w[3] * v[3]);
+    [along(&wx, &mixed), along(&dx, &mixed), along(&wx, &slope)]
 }
 
-#[inline]
+#[inline(always)]
 fn catmull_rom(t: f32) -> ([f32; 4], [f32; 4]) {
     let (t2, t3) = (t * t, t * t * t);
     (

@@ -1,0 +1,121 @@
+//! What the depth filter is off by, everywhere it is asked: `cargo run --release -p sphereflow-benches
+//! --example depth_accuracy -- [part of a name]... [--binning N] [--seconds S]
+//! [--seed N] [--constant-light]`.
+//!
+//! Thesis: section 4.1.1. Every case at 640x480 (or 1024x512 for the whole sphere), 60 Hz, 4 s, the
+//! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread.
+
+mod cases;
+mod figures;
+
+use cases::{Case, Drive, cases};
+use figures::{Figures, Judge};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use sphereflow_core::{Plane, Stamp};
+use sphereflow_flow::{Brightness, DepthFilter, DepthFilterConfig, DepthStep, VelocityNoise};
+use sphereflow_sim::Renderer;
+use std::time::Instant;
+
+const RATE_HZ: f64 = 60.0;
+
+type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
+
+fn main() -> Fallible<()> {
+    let mut config = DepthFilterConfig::default();
+    let mut seconds = 4.0;
+    let mut seed = 1;
+    let mut names = Vec::new();
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let mut value = || arguments.next().ok_or("a value is missing");
+        match argument.as_str() {
+            "--binning" => config.binning = value()?.parse()?,
+            "--seconds" => seconds = value()?.parse()?,
+            "--constant-light" => config.brightness = Brightness::Constant,
+            "--seed" => seed = value()?.parse()?,
+            _ => names.push(argument),
+        }
+    }
+    println!("{}", Figures::HEADER);
+    for case in cases()? {
+        if names.is_empty() || names.iter().any(|name| case.name.contains(name.as_str())) {
+            println!("{}", run(&case, &config, seconds, seed)?.row(&case));
+        }
+    }
+    Ok(())
+}
+
+/// The filter over one sequence.
+fn run(case: &Case, config: &DepthFilterConfig, seconds: f64, seed: u64) -> Fallible<Figures> {
+    let renderer = Renderer::new(&case.scene, &case.camera);
+    let mut filter = DepthFilter::new(&case.camera, config.clone())?;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut judge = Judge::new(&case.camera);
+    let (mut range, mut std) = filter.range();
+    for index in 0..=(seconds * RATE_HZ).round() as usize {
+        let t_s = index as f64 / RATE_HZ;
+        let pose = case.pose(t_s);
+        let rendered = renderer.render(&pose);
+        let mut image = rendered.grey_1_to_256();
+        spoil(case, t_s, &mut image, &mut rng);
+        let begun = Instant::now();
+        match case.drive {
+            Drive::Poses => filter.step(&image, &pose, Stamp::from_ns((t_s * 1e9) as i64))?,
+            Drive::Velocities(noise) => {
+                noisy_step(&mut filter, case, t_s, &image, noise, &mut rng)?
+            }
+        };
+        judge.spent(begun.elapsed());
+        if index % 3 == 0 {
+            filter.range_into(&mut range, &mut std)?;
+            judge.judge(t_s, &range, &std, &rendered.range.into_plane());
+        }
+    }
+    Ok(judge.figures())
+}
+
+/// Light, noise and impulses.
+fn spoil(case: &Case, t_s: f64, image: &mut Plane<f32>, rng: &mut ChaCha8Rng) {
+    let (width, height) = image.size();
+    for (y, row) in image.data_mut().chunks_mut(width).enumerate() {
+        let gain = (case.light)(t_s, y as f64 / height as f64);
+        for value in row {
+            let noise: f32 = StandardNormal.sample(rng);
+            *value = gain * *value + case.sigma * noise;
+            if case.impulses > 0.0 {
+                let draw = rand::RngExt::random_range(rng, 0.0..1.0_f32);
+                if draw < case.impulses {
+                    *value = if draw < 0.5 * case.impulses {
+                        1.0
+                    } else {
+                        256.0
+                    };
+                }
+            }
+        }
+    }
+}
+
+/// A step from velocities with noise, those of the middle between two images.
+fn noisy_step(
+    filter: &mut DepthFilter,
+    case: &Case,
+    t_s: f64,
+    image: &Plane<f32>,
+    noise: VelocityNoise,
+    rng: &mut ChaCha8Rng,
+) -> Fallible<DepthStep> {
+    let mut twist = case.motion.state(t_s - 0.5 / RATE_HZ).twist;
+    let mut axes = |sigma: f64| {
+        Vector3::from_fn(|_, _| {
+            let value: f64 = StandardNormal.sample(rng);
+            sigma * value
+        })
+    };
+    twist.linear_m_s += axes(noise.linear_m_s);
+    twist.angular_rad_s += axes(noise.angular_rad_s);
+    Ok(filter.step_with_velocity(image, &twist, 1.0 / RATE_HZ, noise)?)
+}
