@@ -101,12 +101,12 @@ impl TwoMotions {
             }
         }
         let here = scaled(&found.twist, found.range_m);
-        for k in 0..2 {
-            let ridge = RIDGE * self.normals[k].trace();
-            let normal = self.normals[k] + Matrix6::identity() * ridge;
-            if let Some(factor) = normal.cholesky() {
-                let solved = factor.solve(&(rights[k] + here * ridge));
-                self.motions[k] = scaled(&solved, 1.0 / found.range_m);
+        let parts = self.motions.iter_mut().zip(&self.normals).zip(&rights);
+        for ((motion, normal), right) in parts {
+            let ridge = RIDGE * normal.trace();
+            if let Some(factor) = (normal + Matrix6::identity() * ridge).cholesky() {
+                let solved = factor.solve(&(right + here * ridge));
+                *motion = scaled(&solved, 1.0 / found.range_m);
             }
         }
     }
