@@ -163,7 +163,9 @@ impl Aligner {
         let (mut scale_at_start, mut known_share) = (f64::NAN, 0.0);
         let (mut step_m, mut settled, mut solves) = (f64::INFINITY, true, 0);
         for level in schedule(config, task.finest, coarsest, coarse_solves) {
-            if level >= REPEAT && settled && step_m < STILL_M {
+            // A single level is meant to be solved once: for slow motions, in a fraction of the time.
+            let still = step_m < STILL_M || coarsest <= task.finest;
+            if level >= REPEAT && settled && still {
                 break;
             }
             let level = level % REPEAT;
