@@ -95,8 +95,9 @@ type Outcome = std::result::Result<Alignment, (Reason, f64)>;
 #[derive(Clone, Debug)]
 pub(crate) struct Aligner {
     pub(crate) stack: LevelStack,
-    /// The level at which overlap and flow are looked at.
-    flow_level: usize,
+    /// The level that alignments begin with; overlap and flow are looked at there. Above it is the
+    /// one in reserve.
+    coarsest: usize,
     camera: Camera,
     warped: InverseDepth,
     rows: Vec<RowMotion>,
@@ -112,7 +113,7 @@ impl Aligner {
         config.validate()?;
         let stack = LevelStack::new(camera, config)?;
         Ok(Self {
-            flow_level: stack.levels.len().min(config.levels) - 1,
+            coarsest: stack.levels.len().min(config.levels) - 1,
             stack,
             camera: camera.clone(),
             warped: InverseDepth::default(),
@@ -132,7 +133,7 @@ impl Aligner {
     /// # Errors
     /// The reason why there is nothing to solve, with the share of blocks known in both images.
     pub(crate) fn align(&mut self, config: &Config, task: &Task<'_>) -> Outcome {
-        let coarsest = self.coarsest(config);
+        let coarsest = self.coarsest;
         let usual = self.align_from(config, task, coarsest, config.coarse_solves);
         if !task.restart || !is_doubtful(&usual) || coarsest <= task.finest {
             return usual;
@@ -144,11 +145,6 @@ impl Aligner {
         ];
         let better = |a: Outcome, b: Outcome| if misfit(&b) < misfit(&a) { b } else { a };
         others.into_iter().fold(usual, better)
-    }
-
-    /// The level that alignments begin with.
-    fn coarsest(&self, config: &Config) -> usize {
-        self.stack.levels.len().min(config.levels) - 1
     }
 
     fn align_from(
@@ -330,7 +326,7 @@ impl Aligner {
     /// Share of the first image's surface within the second image, and the median displacement in
     /// pixels of the full image, were the motion `first_from_second`.
     pub(crate) fn overlap_and_flow(&mut self, first: &FramePyramid, motion: &Pose) -> (f64, f64) {
-        let coarsest = self.flow_level;
+        let coarsest = self.coarsest;
         let (tables, image) = (&self.stack.levels[coarsest], &first.levels[coarsest]);
         let rays = tables.table.rays(image.axis);
         let block = (self.stack.finest_block << coarsest) as f64;
