@@ -32,11 +32,18 @@ impl InverseDepth {
     /// dropped. Allocates only where the size has grown.
     ///
     /// The inverse depth of a plane is linear in the pixels of an undistorted camera, so that its
-    /// mean is exactly the value at the block's centre.
-    pub(crate) fn average(&mut self, image: &DepthImage<'_>, rule: BlockRule) {
+    /// mean is exactly the value at the block's centre. Where `depth_per_range` is given, one number a
+    /// pixel, depths are averaged as ranges.
+    pub(crate) fn average(
+        &mut self,
+        image: &DepthImage<'_>,
+        depth_per_range: Option<&[f32]>,
+        rule: BlockRule,
+    ) {
         let (width, height) = image.size();
         let (columns, rows) = (width / rule.block, height / rule.block);
-        self.axis = image.axis();
+        let factors = depth_per_range.filter(|_| image.axis() == Axis::Optical);
+        self.axis = factors.map_or(image.axis(), |_| Axis::Ray);
         self.values.resize(columns * rows, f32::NAN);
         let metres = image.metres();
         let arch = pulp::Arch::new();
@@ -46,8 +53,14 @@ impl InverseDepth {
             .enumerate()
             .for_each(|(y, out)| {
                 let start = y * rule.block * width;
-                let lines = &metres[start..start + rule.block * width];
-                arch.dispatch(|| average_row(lines, width, rule, out));
+                let pixels = start..start + rule.block * width;
+                let row = BlockRow {
+                    metres: &metres[pixels.clone()],
+                    factors: factors.map(|all| &all[pixels]),
+                    width,
+                    rule,
+                };
+                arch.dispatch(|| row.average(out));
             });
     }
 
@@ -157,18 +170,35 @@ fn block_mean(lines: &[f32], first: usize, width: usize, rule: BlockRule) -> f32
     }
 }
 
-#[inline(always)]
-fn average_row(pixels: &[f32], width: usize, rule: BlockRule, out: &mut [f32]) {
-    let per_strip = STRIP / rule.block;
-    for (strip, out) in out.chunks_mut(per_strip).enumerate() {
-        let x = strip * per_strip * rule.block;
-        let count = out.len() * rule.block;
-        let mut columns = Columns::new();
-        for row in 0..rule.block {
-            columns.add(&pixels[row * width + x..][..count]);
-        }
-        for (k, value) in out.iter_mut().enumerate() {
-            *value = columns.mean(k * rule.block, rule);
+/// The pixels of one row of blocks.
+struct BlockRow<'a> {
+    metres: &'a [f32],
+    /// Of the inverse distances.
+    factors: Option<&'a [f32]>,
+    width: usize,
+    rule: BlockRule,
+}
+
+impl BlockRow<'_> {
+    #[inline(always)]
+    fn average(&self, out: &mut [f32]) {
+        let block = self.rule.block;
+        let per_strip = STRIP / block;
+        for (strip, out) in out.chunks_mut(per_strip).enumerate() {
+            let x = strip * per_strip * block;
+            let count = out.len() * block;
+            let mut columns = Columns::new();
+            for row in 0..block {
+                let start = row * self.width + x;
+                let metres = &self.metres[start..start + count];
+                match self.factors {
+                    None => columns.add(metres, [1.0; STRIP].as_slice()),
+                    Some(factors) => columns.add(metres, &factors[start..start + count]),
+                }
+            }
+            for (k, value) in out.iter_mut().enumerate() {
+                *value = columns.mean(k * block, self.rule);
+            }
         }
     }
 }
@@ -192,15 +222,17 @@ impl Columns {
     }
 
     #[inline(always)]
-    fn add(&mut self, metres: &[f32]) {
+    fn add(&mut self, metres: &[f32], factors: &[f32]) {
         let columns = self
             .sum
             .iter_mut()
             .zip(&mut self.known)
             .zip(self.low.iter_mut().zip(&mut self.high));
-        for (&depth, ((sum, known), (low, high))) in metres.iter().zip(columns) {
-            let is_known = depth > 0.0; // false for NaN
-            let inverse = 1.0 / depth;
+        for ((&metres, &factor), ((sum, known), (low, high))) in
+            metres.iter().zip(factors).zip(columns)
+        {
+            let is_known = metres > 0.0 && factor > 0.0; // false for NaN
+            let inverse = factor / metres;
             let (value, bottom) = if is_known {
                 (inverse, inverse)
             } else {
@@ -248,7 +280,7 @@ mod tests {
     fn averaged(f: impl FnMut(usize, usize) -> f32) -> InverseDepth {
         let map = DepthMap::new(Plane::from_fn(134, 9, f));
         let mut out = InverseDepth::default();
-        out.average(&DepthImage::from(&map), RULE);
+        out.average(&DepthImage::from(&map), None, RULE);
         out
     }
 
