@@ -2,8 +2,8 @@
 
 use crate::config::Config;
 use crate::dissent::{self, Dissent, Found};
+use crate::motion::size_m;
 use crate::observability::{Cut, Spectrum};
-use crate::align::size_m;
 use crate::tiling::Tiling;
 use crate::weak_form::CellSums;
 use nalgebra::{Matrix6, Vector6};
