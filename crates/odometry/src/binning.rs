@@ -55,12 +55,13 @@ impl InverseDepth {
                 let start = y * rule.block * width;
                 let pixels = start..start + rule.block * width;
                 let row = BlockRow {
+                    out,
                     metres: &metres[pixels.clone()],
                     factors: factors.map(|all| &all[pixels]),
                     width,
                     rule,
                 };
-                arch.dispatch(|| row.average(out));
+                arch.dispatch(row);
             });
     }
 
@@ -170,8 +171,11 @@ fn block_mean(lines: &[f32], first: usize, width: usize, rule: BlockRule) -> f32
     }
 }
 
+const ONES: [f32; STRIP] = [1.0; STRIP];
+
 /// The pixels of one row of blocks.
 struct BlockRow<'a> {
+    out: &'a mut [f32],
     metres: &'a [f32],
     /// Of the inverse distances.
     factors: Option<&'a [f32]>,
@@ -179,12 +183,14 @@ struct BlockRow<'a> {
     rule: BlockRule,
 }
 
-impl BlockRow<'_> {
+impl pulp::WithSimd for BlockRow<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn average(&self, out: &mut [f32]) {
+    fn with_simd<S: pulp::Simd>(self, _: S) {
         let block = self.rule.block;
         let per_strip = STRIP / block;
-        for (strip, out) in out.chunks_mut(per_strip).enumerate() {
+        for (strip, out) in self.out.chunks_mut(per_strip).enumerate() {
             let x = strip * per_strip * block;
             let count = out.len() * block;
             let mut columns = Columns::new();
@@ -192,7 +198,7 @@ impl BlockRow<'_> {
                 let start = row * self.width + x;
                 let metres = &self.metres[start..start + count];
                 match self.factors {
-                    None => columns.add(metres, [1.0; STRIP].as_slice()),
+                    None => columns.add(metres, &ONES),
                     Some(factors) => columns.add(metres, &factors[start..start + count]),
                 }
             }

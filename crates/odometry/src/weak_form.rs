@@ -82,6 +82,18 @@ pub(crate) struct WeakForm<'a> {
     pub(crate) max_jump: f32,
 }
 
+/// A struct instead of a closure: only so is the body compiled for the processor at hand.
+struct AddAll<'a>(&'a WeakForm<'a>, &'a mut [CellSums]);
+
+impl pulp::WithSimd for AddAll<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.0.add_all(self.1);
+    }
+}
+
 impl WeakForm<'_> {
     /// All sums of all domains, in one pass. The contour takes the mean of both images of gamma
     /// and of gamma^2 (trapezoid rule in time).
@@ -90,7 +102,7 @@ impl WeakForm<'_> {
     pub(crate) fn accumulate(&self, sums: &mut Vec<CellSums>) {
         sums.clear();
         sums.resize(self.tiling.cells, CellSums::default());
-        pulp::Arch::new().dispatch(|| self.add_all(sums));
+        pulp::Arch::new().dispatch(AddAll(self, sums));
     }
 
     #[inline(always)]
