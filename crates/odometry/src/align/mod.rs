@@ -9,6 +9,7 @@ use crate::binning::InverseDepth;
 use crate::brightness::{Brightness, GreyPyramid, Images};
 use crate::config::Config;
 use crate::dissent::Dissent;
+use crate::inside::Inside;
 use crate::motion::size_m;
 use crate::pyramid::{FramePyramid, LevelStack};
 use crate::robust::{Prior, RobustSolver, Solution};
@@ -102,6 +103,7 @@ pub(crate) struct Aligner {
     rows: Vec<RowMotion>,
     pair: Pair,
     sums: Vec<CellSums>,
+    inside: Inside,
     solver: RobustSolver,
     flows: Vec<f64>,
     brightness: Brightness,
@@ -119,6 +121,7 @@ impl Aligner {
             rows: Vec::new(),
             pair: Pair::default(),
             sums: Vec::new(),
+            inside: Inside::default(),
             solver: RobustSolver::default(),
             flows: Vec::new(),
             brightness: Brightness::default(),
@@ -278,7 +281,7 @@ impl Aligner {
             pair: &self.pair,
             max_jump: config.max_jump as f32,
         }
-        .accumulate(&mut self.sums);
+        .accumulate(&mut self.sums, &mut self.inside);
         let found = self.solver.take(&self.sums, &tables.tiling, config);
         if found < config.min_domains {
             return Err(Reason::FewDomains {
