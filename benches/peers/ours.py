@@ -15,11 +15,12 @@ from benches.peers.motion import motion_of
 class WeakForm:
     """`sphereflow.odometry.estimate_velocity`; raises where the build knows no such option.
 
-    Its time has the camera's tables in it, which the function makes anew in each call.
+    ``colour`` gives it the images too.
     """
 
     def __init__(self, camera: sf.Camera, options: Mapping[str, Any]) -> None:  # noqa: D107
         self.camera, self.options = camera, dict(options)
+        self.colour = self.options.pop("colour", False)
         # An option that this build does not know is refused here, not in the middle of a run.
         wall = np.full((camera.height, camera.width), 2.0, np.float32)
         sf.odometry.estimate_velocity(camera, wall, wall, 0.03, **self.options)
@@ -30,8 +31,9 @@ class WeakForm:
 
     def align(self, first: View, second: View, dt_s: float, guess: Matrix) -> Aligned:
         """One call; it takes no guess."""
+        images = {"image0": first.colour, "image1": second.colour} if self.colour else {}
         found = sf.odometry.estimate_velocity(
-            self.camera, first.depth_m, second.depth_m, dt_s, **self.options
+            self.camera, first.depth_m, second.depth_m, dt_s, **images, **self.options
         )
         return aligned(found, dt_s)
 

@@ -85,6 +85,13 @@ ROWS: tuple[Row, ...] = (
     _weak("thesis", method="thesis"),
     _weak("single", method="single"),
     _weak("pyramid", method="pyramid"),
+    Row(
+        "ours, pyramid, with brightness",
+        "ours:WeakForm",
+        {"colour": True},
+        colour=True,
+        tracks=(),
+    ),
     _track("single f2f", method="single", keyframes=False),
     _track("pyramid f2f", keyframes=False),
     _track("keyframes"),
