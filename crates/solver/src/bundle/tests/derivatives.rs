@@ -92,7 +92,15 @@ fn moved(adjuster: &mut BundleAdjuster, entry: usize, h: f64) -> f64 {
     for chunk in &mut adjuster.layout.chunks {
         chunk.candidate.clone_from(&chunk.current);
     }
-    adjuster.candidate_cost().unwrap()
+    candidate_as_it_is(adjuster)
+}
+
+/// The cost of the candidate; asked for as a candidate, points under robust losses would move.
+fn candidate_as_it_is(adjuster: &mut BundleAdjuster) -> f64 {
+    adjuster.accept();
+    let cost = adjuster.cost().unwrap();
+    adjuster.accept();
+    cost
 }
 
 pub(super) fn check(problem: BundleProblem, name: &str) {
@@ -119,7 +127,7 @@ pub(super) fn check(problem: BundleProblem, name: &str) {
                 let chunk = &mut adjuster.layout.chunks[0];
                 chunk.candidate.clone_from(&chunk.current);
                 chunk.candidate[point][axis] += h;
-                adjuster.candidate_cost().unwrap()
+                candidate_as_it_is(&mut adjuster)
             };
             let numeric = (cost(STEP) - cost(-STEP)) / (2.0 * STEP);
             let analytic = adjuster.layout.chunks[0].point_gradient(point)[axis];
