@@ -246,7 +246,7 @@ impl BundleAdjuster {
             .chunks
             .par_iter_mut()
             .for_each(|chunk| chunk.evaluate(&scene, candidate));
-        let mut cost = self.assembly.prior_cost(&self.problem.priors, poses)
+        let mut cost = (self.assembly).prior_cost(&self.problem.priors, (poses, motions))
             + self.problem.inertial.cost(poses, motions);
         for chunk in &self.layout.chunks {
             cost += chunk.cost?;
@@ -319,11 +319,8 @@ impl System for BundleAdjuster {
         self.layout.chunks.par_iter_mut().for_each(|chunk| {
             chunk.linearise(&scene, (pattern, direct), (damping, lambda));
         });
-        self.assembly
-            .gather(&self.layout, &self.problem.priors, &self.poses);
         let state = (&self.poses[..], &self.motions[..]);
-        self.assembly
-            .gather_inertial(&self.layout, &self.problem.inertial, state);
+        self.assembly.gather(&self.layout, &self.problem, state);
         self.eliminated = Some((damping, lambda));
         let points = self.layout.chunks.iter().map(|chunk| chunk.gradient_max);
         let blocks = self.assembly.gradient.iter().map(|g| g.abs());
