@@ -134,6 +134,15 @@ impl Measurement {
         }
     }
 
+    /// The squared norm of the whitened residual of a pixel from `projected`; `None` of others.
+    #[cfg(test)]
+    pub fn squared_at(&self, projected: &Vector2<f64>) -> Option<f64> {
+        match self {
+            Self::Pixel { pixel, root } => Some((root * (projected - pixel)).norm_squared()),
+            _ => None,
+        }
+    }
+
     /// The same measurement with another value.
     #[cfg(test)]
     pub fn replace(&mut self, new_pixel: Vector2<f64>, new_point: Vector3<f64>) {
