@@ -6,6 +6,7 @@
 
 use super::BlockPattern;
 use super::fill::Fill;
+use super::kernel::{divide, factor_diagonal, subtract};
 
 /// A block of the matrix: offset among its numbers, offset in the factor's column, and whether it is
 /// transposed there.
@@ -167,61 +168,68 @@ impl BlockCholesky {
 
     #[inline(always)]
     fn substitute(&mut self, b: &mut [f64]) {
-        let count = self.sizes.len();
-        for place in 0..count {
+        for (place, &from) in self.origins.iter().enumerate() {
             let (start, size) = (self.starts[place], self.sizes[place] as usize);
-            let from = self.origins[place];
             self.x[start..start + size].copy_from_slice(&b[from..from + size]);
         }
-        for column in 0..count {
-            let (start, width) = (self.starts[column], self.sizes[column] as usize);
-            let (head, tail) = self.x.split_at_mut(start + width);
-            let head = &mut head[start..];
-            let mut blocks = self.column_starts[column]..self.column_starts[column + 1];
-            if let Some(k) = blocks.next() {
-                let l = &self.values[self.offsets[k]..];
-                for c in 0..width {
-                    head[c] *= self.reciprocals[start + c];
-                    for r in c + 1..width {
-                        head[r] -= l[c * width + r] * head[c];
-                    }
-                }
-            }
-            for k in blocks {
-                let row = self.rows[k] as usize;
-                let (to, height) = (self.starts[row] - start - width, self.sizes[row] as usize);
-                let l = &self.values[self.offsets[k]..self.offsets[k + 1]];
-                for (l, x) in l.chunks_exact(height).zip(head.iter()) {
-                    for (to, l) in tail[to..to + height].iter_mut().zip(l) {
-                        *to -= l * x;
-                    }
-                }
-            }
+        for column in 0..self.sizes.len() {
+            self.forward(column);
         }
-        for column in (0..count).rev() {
-            let (start, width) = (self.starts[column], self.sizes[column] as usize);
-            let (head, tail) = self.x.split_at_mut(start + width);
-            let head = &mut head[start..];
-            let blocks = self.column_starts[column]..self.column_starts[column + 1];
-            for k in blocks.start + 1..blocks.end {
-                let row = self.rows[k] as usize;
-                let (from, height) = (self.starts[row] - start - width, self.sizes[row] as usize);
-                let l = &self.values[self.offsets[k]..self.offsets[k + 1]];
-                for (l, x) in l.chunks_exact(height).zip(head.iter_mut()) {
-                    let products = l.iter().zip(&tail[from..from + height]);
-                    *x -= products.map(|(l, x)| l * x).sum::<f64>();
-                }
-            }
-            let l = &self.values[self.offsets[blocks.start]..];
-            for c in (0..width).rev() {
-                let sum: f64 = (c + 1..width).map(|r| l[c * width + r] * head[r]).sum();
-                head[c] = (head[c] - sum) * self.reciprocals[start + c];
-            }
+        for column in (0..self.sizes.len()).rev() {
+            self.backward(column);
         }
-        for place in 0..count {
+        for (place, &to) in self.origins.iter().enumerate() {
             let (start, size) = (self.starts[place], self.sizes[place] as usize);
-            let to = self.origins[place];
             b[to..to + size].copy_from_slice(&self.x[start..start + size]);
+        }
+    }
+
+    /// `L x = b`, of this column.
+    #[inline(always)]
+    fn forward(&mut self, column: usize) {
+        let (start, width) = (self.starts[column], self.sizes[column] as usize);
+        let (head, tail) = self.x.split_at_mut(start + width);
+        let head = &mut head[start..];
+        let blocks = self.column_starts[column]..self.column_starts[column + 1];
+        let l = &self.values[self.offsets[blocks.start]..];
+        for c in 0..width {
+            head[c] *= self.reciprocals[start + c];
+            for r in c + 1..width {
+                head[r] -= l[c * width + r] * head[c];
+            }
+        }
+        for k in blocks.start + 1..blocks.end {
+            let row = self.rows[k] as usize;
+            let (to, height) = (self.starts[row] - start - width, self.sizes[row] as usize);
+            let l = &self.values[self.offsets[k]..self.offsets[k + 1]];
+            for (l, x) in l.chunks_exact(height).zip(head.iter()) {
+                for (to, l) in tail[to..to + height].iter_mut().zip(l) {
+                    *to -= l * x;
+                }
+            }
+        }
+    }
+
+    /// `L^T x = b`, of this column.
+    #[inline(always)]
+    fn backward(&mut self, column: usize) {
+        let (start, width) = (self.starts[column], self.sizes[column] as usize);
+        let (head, tail) = self.x.split_at_mut(start + width);
+        let head = &mut head[start..];
+        let blocks = self.column_starts[column]..self.column_starts[column + 1];
+        for k in blocks.start + 1..blocks.end {
+            let row = self.rows[k] as usize;
+            let (from, height) = (self.starts[row] - start - width, self.sizes[row] as usize);
+            let l = &self.values[self.offsets[k]..self.offsets[k + 1]];
+            for (l, x) in l.chunks_exact(height).zip(head.iter_mut()) {
+                let products = l.iter().zip(&tail[from..from + height]);
+                *x -= products.map(|(l, x)| l * x).sum::<f64>();
+            }
+        }
+        let l = &self.values[self.offsets[blocks.start]..];
+        for c in (0..width).rev() {
+            let sum: f64 = (c + 1..width).map(|r| l[c * width + r] * head[r]).sum();
+            head[c] = (head[c] - sum) * self.reciprocals[start + c];
         }
     }
 }
@@ -286,88 +294,6 @@ fn sources(pattern: &BlockPattern, fill: &Fill, offsets: &[usize]) -> (Vec<usize
         starts[column + 1] += starts[column];
     }
     (starts, all.into_iter().map(|(_, source)| source).collect())
-}
-
-/// `c -= a b^T` with `a` height x inner, `b` width x inner, all by columns.
-#[inline(always)]
-fn subtract(c: &mut [f64], a: &[f64], b: &[f64], height: usize, width: usize) {
-    let square = (
-        height == 6 && width == 6 && a.len() == 36,
-        c.first_chunk_mut(),
-    );
-    if let (true, Some(c)) = square
-        && let (Some(a), Some(b)) = (a.first_chunk(), b.first_chunk())
-    {
-        subtract_6(c, a, b);
-        return;
-    }
-    for (a, b) in a.chunks_exact(height).zip(b.chunks_exact(width)) {
-        for (c, b) in c.chunks_exact_mut(height).zip(b) {
-            for (c, a) in c.iter_mut().zip(a) {
-                *c -= a * b;
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn subtract_6(c: &mut [f64; 36], a: &[f64; 36], b: &[f64; 36]) {
-    for column in 0..6 {
-        let mut sum: [f64; 6] = std::array::from_fn(|r| c[6 * column + r]);
-        for k in 0..6 {
-            let factor = b[6 * k + column];
-            for r in 0..6 {
-                sum[r] -= a[6 * k + r] * factor;
-            }
-        }
-        c[6 * column..6 * column + 6].copy_from_slice(&sum);
-    }
-}
-
-/// The lower factor of a symmetric block in place, by columns; false where it is not positive.
-#[inline(always)]
-fn factor_diagonal(a: &mut [f64], reciprocals: &mut [f64]) -> bool {
-    let n = reciprocals.len();
-    for c in 0..n {
-        let (before, column) = a.split_at_mut(c * n);
-        for k in 0..c {
-            let factor = before[k * n + c];
-            for r in c..n {
-                column[r] -= before[k * n + r] * factor;
-            }
-        }
-        let pivot = column[c];
-        // a NaN is not positive either
-        if pivot.is_nan() || pivot <= 0.0 {
-            return false;
-        }
-        let pivot = pivot.sqrt();
-        reciprocals[c] = 1.0 / pivot;
-        column[c] = pivot;
-        for entry in &mut column[c + 1..n] {
-            *entry *= reciprocals[c];
-        }
-    }
-    true
-}
-
-/// `b L^-T` in place, `b` of this height by columns.
-#[inline(always)]
-fn divide(b: &mut [f64], l: &[f64], reciprocals: &[f64], height: usize) {
-    let n = reciprocals.len();
-    for c in 0..n {
-        let (before, column) = b.split_at_mut(c * height);
-        let column = &mut column[..height];
-        for k in 0..c {
-            let factor = l[k * n + c];
-            for (to, from) in column.iter_mut().zip(&before[k * height..]) {
-                *to -= from * factor;
-            }
-        }
-        for entry in column {
-            *entry *= reciprocals[c];
-        }
-    }
 }
 
 struct Factor<'a>(&'a mut BlockCholesky, &'a [f64]);

@@ -4,6 +4,7 @@ mod blocks;
 mod dense;
 mod dissection;
 mod fill;
+mod kernel;
 mod pattern;
 mod pcg;
 mod sparse;
