@@ -26,6 +26,8 @@ SMALL = 6_000
 """Residuals up to which SciPy is asked: without derivatives it takes minutes beyond."""
 MEDIUM = 8_000
 """Pixels up to which GTSAM is asked: it takes minutes beyond."""
+THEIRS: dict[str, int] = {}
+"""Steps that Ceres is given, where fewer."""
 ENDS: dict[str, BundleProblem] = {}
 """Where ours and Ceres ended, for ``--cross``."""
 
@@ -87,7 +89,7 @@ def ceres(make: Callable[[], BundleProblem], threads: int, loss: tuple[str, floa
     options.ceres.loss_function_scale = loss[1]
     options.ceres.min_num_residuals_for_cpu_multi_threading = 0
     solver = options.ceres.solver_options
-    solver.max_num_iterations = STEPS
+    solver.max_num_iterations = THEIRS.get("steps", STEPS)
     solver.function_tolerance = TOLERANCE
     solver.gradient_tolerance = 1e-10
     solver.parameter_tolerance = 1e-8
@@ -216,8 +218,11 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--full", action="store_true", help="also 500 poses x 100 000 points")
     parser.add_argument("--only", help="rows that begin so, as 'room 500'")
+    parser.add_argument("--ceres-steps", type=int, help="end Ceres after so many steps")
     parser.add_argument("--cross", action="store_true", help="begin again where the other ended")
     arguments = parser.parse_args()
+    if arguments.ceres_steps is not None:
+        THEIRS["steps"] = arguments.ceres_steps
     # some wheels decide for themselves how many threads they start: everybody gets as many cores
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: arguments.threads])
     cases = [

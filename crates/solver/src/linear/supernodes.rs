@@ -13,7 +13,7 @@ use faer::{Conj, MatMut, Par, Side};
 
 /// Factors of more numbers than this are made in parts, always of the same number, so that the
 /// result does not depend on the number of threads.
-const PARALLEL: usize = 400_000;
+const PARALLEL: usize = 1_500_000;
 const PARTS: usize = 4;
 pub(super) struct SupernodalCholesky {
     structure: SymbolicSparseColMat<usize>,
