@@ -206,6 +206,15 @@ def test_ba_command_of_broken_file_names_line(tmp_path: Path) -> None:
     assert "problem.txt:2" in done.stderr
 
 
+def test_ba_command_without_the_folder_of_its_result_does_not_begin(tmp_path: Path) -> None:
+    source, target = tmp_path / "problem.txt", tmp_path / "none" / "adjusted.txt"
+    source.write_text(BAL)
+    done = CliRunner().invoke(app, ["ba", str(source), "--out", str(target)])
+    assert done.exit_code == 2
+    assert "no such folder" in done.stderr
+    assert not target.parent.exists()
+
+
 def test_pgo_command_solves_published_graph(tmp_path: Path) -> None:
     target = tmp_path / "optimised.g2o"
     source = ba_problems() / "parking-garage.g2o"

@@ -21,11 +21,15 @@ from sphereflow.solver import BundleProblem
 
 TOLERANCE = 1e-10
 STEPS = 400
-"""Reweighting converges linearly where there are outliers."""
+"""By reweighting alone, with outliers, the others converge linearly."""
 SMALL = 6_000
+"""Residuals up to which SciPy is asked: without derivatives it takes minutes beyond."""
 MEDIUM = 8_000
 """Pixels up to which GTSAM is asked: it takes minutes beyond."""
-"""Residuals up to which SciPy is asked: without derivatives it takes minutes beyond."""
+THEIRS: dict[str, int] = {}
+"""Steps that Ceres is given, where fewer."""
+ENDS: dict[str, BundleProblem] = {}
+"""Where ours and Ceres ended, for ``--cross``."""
 
 Row = tuple[str, float, float, float]
 
@@ -36,6 +40,7 @@ def ours(make: Callable[[], BundleProblem], threads: int, loss: tuple[str, float
     problem.set_loss(*loss)  # type: ignore[arg-type]
     result = problem.solve(max_iterations=STEPS, function_tolerance=TOLERANCE, threads=threads)
     name = f"sphereflow ({result.linear_solver}, {len(result.iterations)} steps, {result.stop})"
+    ENDS["ours"] = problem
     return name, result.final_cost, result.solve_s, result.setup_s
 
 
@@ -84,7 +89,7 @@ def ceres(make: Callable[[], BundleProblem], threads: int, loss: tuple[str, floa
     options.ceres.loss_function_scale = loss[1]
     options.ceres.min_num_residuals_for_cpu_multi_threading = 0
     solver = options.ceres.solver_options
-    solver.max_num_iterations = STEPS
+    solver.max_num_iterations = THEIRS.get("steps", STEPS)
     solver.function_tolerance = TOLERANCE
     solver.gradient_tolerance = 1e-10
     solver.parameter_tolerance = 1e-8
@@ -93,10 +98,29 @@ def ceres(make: Callable[[], BundleProblem], threads: int, loss: tuple[str, floa
     adjuster = pycolmap.create_default_ceres_bundle_adjuster(options, config, world)
     setup = time.perf_counter() - begin
     summary = adjuster.solve().ceres_summary
+    ENDS["ceres"] = moved(problem, world)
     steps = summary.num_successful_steps + summary.num_unsuccessful_steps
     kind = str(summary.linear_solver_type_used).rsplit(".", maxsplit=1)[-1].lower()
     name = f"ceres ({kind}, {steps} steps, {summary.num_threads_used} threads)"
     return name, summary.final_cost, summary.total_time_in_seconds, setup
+
+
+def moved(problem: BundleProblem, world: object) -> BundleProblem:
+    """The problem where COLMAP's reconstruction is."""
+    poses = np.tile(np.eye(4), (len(problem.poses), 1, 1))
+    for k in range(len(poses)):
+        poses[k, :3] = world.image(k + 1).cam_from_world().inverse().matrix()  # type: ignore[attr-defined]
+    points = [world.point3D(k + 1).xyz for k in range(len(problem.points_m))]  # type: ignore[attr-defined]
+    return in_pixels(problem, poses, np.array(points))
+
+
+def cross(threads: int, loss: tuple[str, float]) -> None:
+    """Whether each stays where the other ended: then these are two minima."""
+    ours_end, ceres_end = ENDS["ours"], ENDS["ceres"]
+    row = ours(lambda: ceres_end, threads, loss)
+    print(f"  from Ceres' end, {row[0]:<38} cost {row[1]:.9e}")
+    row = ceres(lambda: ours_end, threads, loss)
+    print(f"  from our end, {row[0]:<41} cost {row[1]:.9e}")
 
 
 def gtsam_lm(make: Callable[[], BundleProblem], threads: int, loss: tuple[str, float]) -> Row:
@@ -194,7 +218,11 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--full", action="store_true", help="also 500 poses x 100 000 points")
     parser.add_argument("--only", help="rows that begin so, as 'room 500'")
+    parser.add_argument("--ceres-steps", type=int, help="end Ceres after so many steps")
+    parser.add_argument("--cross", action="store_true", help="begin again where the other ended")
     arguments = parser.parse_args()
+    if arguments.ceres_steps is not None:
+        THEIRS["steps"] = arguments.ceres_steps
     # some wheels decide for themselves how many threads they start: everybody gets as many cores
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: arguments.threads])
     cases = [
@@ -244,17 +272,22 @@ def main() -> None:
             relative = row[1] / first[1] - 1.0
             print(
                 f"  {row[0]:<55} cost {row[1]:.9e} ({relative:+.1e})  "
-                f"{row[2]:8.3f} s (ours / this {first[2] / row[2]:6.3f}), set-up {row[3]:.3f} s"
+                f"{row[2]:8.3f} s (ours / this {first[2] / row[2]:6.3f}), set-up {row[3]:.3f} s",
+                flush=True,
             )
+        if arguments.cross and "ceres" in ENDS:
+            cross(arguments.threads, loss)
 
 
-def in_pixels(made: BundleProblem) -> BundleProblem:
-    """The same problem with standard deviations of one pixel, as the others count."""
+def in_pixels(
+    made: BundleProblem, poses: np.ndarray | None = None, points_m: np.ndarray | None = None
+) -> BundleProblem:
+    """The same problem (elsewhere) with standard deviations of one pixel, as the others count."""
     problem = BundleProblem()
     problem.add_camera(made.camera_of_pose(0))
-    for k, pose in enumerate(made.poses):
+    for k, pose in enumerate(made.poses if poses is None else poses):
         problem.add_pose(pose, fixed=k < 2)
-    problem.add_points(made.points_m)
+    problem.add_points(made.points_m if points_m is None else points_m)
     problem.add_pixels(*made.pixels)
     return problem
 

@@ -1,7 +1,7 @@
 """Pose graphs beside GTSAM: same input, start and residuals.
 
     pip install gtsam
-    python benches/peers_solver/graphs.py [FILE.g2o] [--threads 1] [--full] [--kind torus]
+    python benches/peers_solver/graphs.py [FILE.g2o] [--threads 1] [--full] [--kind torus] [--clean]
 
 Prints the cost that each ends at and the seconds of its iterations; with wrong loops, the root mean
 square distance to the truth beside that of the graph without them.
@@ -81,6 +81,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--full", action="store_true", help="graphs of 10 000 poses")
     parser.add_argument("--kind", choices=("sphere", "torus", "grid"), help="that one alone")
+    parser.add_argument("--clean", action="store_true", help="no graphs with wrong loops")
     arguments = parser.parse_args()
     # some wheels decide for themselves how many threads they start: everybody gets as many cores
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: arguments.threads])
@@ -101,6 +102,8 @@ def main() -> None:
         ours = PoseGraph.generate(kind, side, side, seed=1)  # type: ignore[arg-type]
         theirs = from_edges(ours) if gtsam is not None else None
         compare(kind, ours, theirs, arguments.threads)
+        if arguments.clean:
+            continue
         dirty = PoseGraph.generate(kind, side, side, wrong_loops=0.1, seed=1)  # type: ignore[arg-type]
         begin = time.perf_counter()
         result = dirty.solve(switch="gnc", function_tolerance=1e-9, threads=arguments.threads)

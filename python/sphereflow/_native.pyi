@@ -25,7 +25,10 @@ __all__ = [
     "ImuBiasEstimator",
     "ImuBiasRun",
     "ImuBiasState",
+    "ImuPreintegration",
+    "InertialWindow",
     "Information",
+    "Motion",
     "NavigationFilter",
     "NavigationState",
     "OdometryResult",
@@ -710,6 +713,14 @@ class BundleProblem:
     def add_pose_prior(
         self, pose: int, world_from_camera: ArrayLike, covariance: ArrayLike
     ) -> None: ...
+    def set_imu(self, gravity_m_s2: ArrayLike, body_from_camera: ArrayLike) -> None: ...
+    def add_motion(self, pose: int, motion: Motion | None = None) -> None: ...
+    def add_imu(self, first: int, second: int, samples: ImuPreintegration) -> None: ...
+    def add_bias_prior(
+        self, pose: int, motion: Motion, *, gyro_sigma: float, accel_sigma: float
+    ) -> None: ...
+    def motion(self, pose: int) -> Motion | None: ...
+    def marginalise(self, poses: ArrayLike) -> None: ...
     def set_loss(self, name: _Loss, threshold: float = 1.0) -> None: ...
     def solve(
         self,
@@ -731,8 +742,43 @@ class BundleProblem:
     @property
     def measurements(self) -> int: ...
 
+class _Graph:
+    """What graphs of poses and of similarities share."""
+
+    def add_node(self, world_from_body: ArrayLike, *, fixed: bool = False) -> int: ...
+    def add_edge(
+        self,
+        first: int,
+        second: int,
+        first_from_second: ArrayLike,
+        information: ArrayLike,
+        *,
+        loop_closure: bool = False,
+    ) -> int: ...
+    def add_prior(self, node: int, world_from_body: ArrayLike, information: ArrayLike) -> None: ...
+    def add_gravity(
+        self, node: int, world: ArrayLike, body: ArrayLike, *, sigma_rad: float
+    ) -> None: ...
+    def add_yaw(
+        self, node: int, axis: ArrayLike, world_from_body: ArrayLike, *, sigma_rad: float
+    ) -> None: ...
+    def set_nodes(self, nodes: ArrayLike) -> None: ...
+    def solve(
+        self,
+        *,
+        switch: Literal["off", "gnc", "dcs"] = "off",
+        threshold: float = 16.8,
+        max_iterations: int = 100,
+        function_tolerance: float = 1e-6,
+        parameter_tolerance: float = 1e-8,
+        time_budget_s: float | None = None,
+        threads: int = 0,
+    ) -> SolverResult: ...
+    @property
+    def nodes(self) -> _Floats: ...
+
 @final
-class PoseGraph:
+class PoseGraph(_Graph):
     def __new__(cls) -> PoseGraph: ...
     @staticmethod
     def read(path: _Path) -> PoseGraph: ...
@@ -746,74 +792,69 @@ class PoseGraph:
         seed: int = 0,
     ) -> PoseGraph: ...
     def write(self, path: _Path) -> None: ...
-    def add_node(self, world_from_body: ArrayLike, *, fixed: bool = False) -> int: ...
-    def add_edge(
-        self,
-        first: int,
-        second: int,
-        first_from_second: ArrayLike,
-        information: ArrayLike,
-        *,
-        loop_closure: bool = False,
-    ) -> int: ...
-    def add_prior(self, node: int, world_from_body: ArrayLike, information: ArrayLike) -> None: ...
-    def add_gravity(
-        self, node: int, world: ArrayLike, body: ArrayLike, *, sigma_rad: float
-    ) -> None: ...
-    def add_yaw(
-        self, node: int, axis: ArrayLike, world_from_body: ArrayLike, *, sigma_rad: float
-    ) -> None: ...
-    def solve(
-        self,
-        *,
-        switch: Literal["off", "gnc", "dcs"] = "off",
-        threshold: float = 16.8,
-        max_iterations: int = 100,
-        function_tolerance: float = 1e-6,
-        parameter_tolerance: float = 1e-8,
-        time_budget_s: float | None = None,
-        threads: int = 0,
-    ) -> SolverResult: ...
-    @property
-    def nodes(self) -> _Floats: ...
     @property
     def truth(self) -> _Floats: ...
     @property
     def edges(self) -> tuple[NDArray[np.int64], NDArray[np.int64], _Floats]: ...
 
 @final
-class SimilarityGraph:
+class SimilarityGraph(_Graph):
     def __new__(cls) -> SimilarityGraph: ...
-    def add_node(self, world_from_body: ArrayLike, *, fixed: bool = False) -> int: ...
-    def add_edge(
-        self,
-        first: int,
-        second: int,
-        first_from_second: ArrayLike,
-        information: ArrayLike,
+
+@final
+class Motion:
+    def __new__(
+        cls,
         *,
-        loop_closure: bool = False,
-    ) -> int: ...
-    def add_prior(self, node: int, world_from_body: ArrayLike, information: ArrayLike) -> None: ...
-    def add_gravity(
-        self, node: int, world: ArrayLike, body: ArrayLike, *, sigma_rad: float
-    ) -> None: ...
-    def add_yaw(
-        self, node: int, axis: ArrayLike, world_from_body: ArrayLike, *, sigma_rad: float
+        velocity_m_s: ArrayLike | None = None,
+        gyro_bias_rad_s: ArrayLike | None = None,
+        accel_bias_m_s2: ArrayLike | None = None,
+    ) -> Motion: ...
+    @property
+    def velocity_m_s(self) -> _Floats: ...
+    @property
+    def gyro_bias_rad_s(self) -> _Floats: ...
+    @property
+    def accel_bias_m_s2(self) -> _Floats: ...
+
+@final
+class ImuPreintegration:
+    def __new__(
+        cls,
+        *,
+        gyro_sigma: float,
+        accel_sigma: float,
+        gyro_walk: float,
+        accel_walk: float,
+        around: Motion | None = None,
+    ) -> ImuPreintegration: ...
+    def push(self, gyro_rad_s: ArrayLike, accel_m_s2: ArrayLike, dt_s: ArrayLike) -> None: ...
+    @property
+    def seconds(self) -> float: ...
+    def change(self, motion: Motion | None = None) -> tuple[_Floats, _Floats, _Floats]: ...
+
+@final
+class InertialWindow:
+    def __new__(
+        cls, world_from_body: ArrayLike, gravity_m_s2: ArrayLike, motion: Motion | None = None
+    ) -> InertialWindow: ...
+    def push(self, since_last: ImuPreintegration) -> int: ...
+    def add_pose(self, state: int, world_from_body: ArrayLike, covariance: ArrayLike) -> None: ...
+    def add_bias_prior(
+        self, state: int, motion: Motion, *, gyro_sigma: float, accel_sigma: float
     ) -> None: ...
     def solve(
         self,
         *,
-        switch: Literal["off", "gnc", "dcs"] = "off",
-        threshold: float = 16.8,
-        max_iterations: int = 100,
+        max_iterations: int = 50,
         function_tolerance: float = 1e-6,
         parameter_tolerance: float = 1e-8,
         time_budget_s: float | None = None,
-        threads: int = 0,
     ) -> SolverResult: ...
     @property
-    def nodes(self) -> _Floats: ...
+    def poses(self) -> _Floats: ...
+    @property
+    def motions(self) -> list[Motion]: ...
 
 @final
 class SolverResult:

@@ -74,7 +74,10 @@ mod _native {
     #[pymodule_export]
     use crate::slam::PyVoxelCloud;
     #[pymodule_export]
-    use crate::solver::{PyBundleProblem, PyPoseGraph, PySimilarityGraph, PySolverResult};
+    use crate::solver::{
+        PyBundleProblem, PyImuPreintegration, PyInertialWindow, PyMotion, PyPoseGraph,
+        PySimilarityGraph, PySolverResult,
+    };
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
     #[pymodule_export]

@@ -1,23 +1,28 @@
 //! The solver's classes: bundle adjustment, pose graphs, and what they share.
 
 mod bundle;
+mod graph;
+mod inertial;
+mod measured;
 mod pose_graph;
 mod result;
 mod settings;
 mod similarity_graph;
 
 pub use bundle::PyBundleProblem;
+pub use inertial::{PyImuPreintegration, PyInertialWindow, PyMotion};
 pub use pose_graph::PyPoseGraph;
 pub use result::PySolverResult;
 pub use similarity_graph::PySimilarityGraph;
 
 use crate::arrays::floats;
+use crate::attitude::vector3;
 use crate::errors::{IntoPython, Kind, core_error, exception};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use settings::Settings;
 use sphereflow_core::Pose;
-use sphereflow_solver::graph::{EdgeKind, LoopSwitch};
+use sphereflow_solver::graph::LoopSwitch;
 use sphereflow_solver::{Error, Loss};
 
 impl<T> IntoPython<T> for Result<T, Error> {
@@ -69,12 +74,6 @@ fn square<const N: usize>(
     Ok(nalgebra::SMatrix::from_row_slice(array.as_slice()?))
 }
 
-/// A direction or a rotation vector.
-fn vector3(value: &Bound<'_, PyAny>, name: &str) -> PyResult<nalgebra::Vector3<f64>> {
-    let array = floats(value, name, &[Some(3)])?;
-    Ok(nalgebra::Vector3::from_column_slice(array.as_slice()?))
-}
-
 /// How wrong loop edges are told.
 fn switch(name: &str, threshold: f64) -> PyResult<LoopSwitch> {
     match name {
@@ -85,14 +84,5 @@ fn switch(name: &str, threshold: f64) -> PyResult<LoopSwitch> {
             let text = format!("switch: expected 'off', 'gnc' or 'dcs', found '{other}'");
             Err(exception(Kind::Value, text))
         }
-    }
-}
-
-/// What a loop edge is, and others.
-fn edge_kind(loop_closure: bool) -> EdgeKind {
-    if loop_closure {
-        EdgeKind::Loop
-    } else {
-        EdgeKind::Odometry
     }
 }

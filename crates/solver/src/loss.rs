@@ -5,11 +5,13 @@ use crate::{Error, Result};
 /// A loss `rho` of the squared norm `s` of a whitened residual; the cost is half the sum of `rho`.
 /// Thresholds are in standard deviations. Thesis: section 8.4.2, the M-estimator.
 ///
-/// All of them are concave in `s`. For a concave loss the reweighted quadratic (weight `rho'(s)`)
-/// lies above the cost and touches it at the current state, so a step that lowers it lowers the
-/// cost. The second-order term of Triggs et al. (2000), `2 rho'' J^T r r^T J`, is negative here and
-/// would make the normal matrix indefinite; it is left out, as Ceres leaves it out where
-/// `rho'' <= 0`.
+/// All of them are concave in `s`, so the reweighted quadratic (weight `rho'(s)`) lies above the cost
+/// and touches it at the current state: a step that lowers it lowers the cost. That is the form for
+/// steps of everything together, but it is too steep along a residual that is far out: the cost's own
+/// second order there is `rho' + 2 rho'' s` instead of `rho'` (Triggs et al., 2000, with their
+/// correction of the Gauss-Newton matrix), zero or less for an outlier, and steps that do without it
+/// converge linearly. [`Loss::flattening`] is that difference, bounded so that what is left stays
+/// positive; it is used where one point alone is moved, whose damping is its own.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Loss {
     /// `rho = s`.
@@ -25,6 +27,10 @@ pub enum Loss {
 
 /// A normal residual's median absolute value times this is its standard deviation: 1 / 0.67449.
 const NORMAL_MAD: f64 = 1.482_602_218_505_602;
+
+/// Share of the weight that is left of the curvature along a residual, at least: a matrix with less
+/// is singular where all residuals of a point are far out.
+const CURVATURE: f64 = 0.01;
 
 impl Loss {
     /// The loss and its derivative (the weight) at the squared norm `s`.
@@ -52,6 +58,29 @@ impl Loss {
                 } else {
                     (k2 / 3.0, 0.0)
                 }
+            }
+        }
+    }
+
+    /// By how much the curvature of the cost along the residual, `rho' + 2 rho'' s`, is below the
+    /// weight, over `s`: `weight A^T A - flattening A^T r r^T A` is the second order of the cost (but
+    /// for the residual's own curvature), kept positive. Thesis: section 8.4.2, the M-estimator.
+    #[inline]
+    pub fn flattening(&self, s: f64) -> f64 {
+        match *self {
+            Self::Quadratic => 0.0,
+            Self::Huber(k) if s <= k * k => 0.0,
+            Self::Huber(_) => (1.0 - CURVATURE) * self.evaluate(s).1 / s,
+            Self::Cauchy(k) => {
+                let (ratio, weight) = (s / (k * k), self.evaluate(s).1);
+                // -2 rho'' / rho' = 2 / (k^2 + s)
+                weight * (2.0 * ratio / (1.0 + ratio)).min(1.0 - CURVATURE)
+                    / s.max(f64::MIN_POSITIVE)
+            }
+            Self::Tukey(k) => {
+                let (ratio, weight) = (s / (k * k), self.evaluate(s).1);
+                let share = 4.0 * ratio / (1.0 - ratio).max(f64::MIN_POSITIVE);
+                weight * share.min(1.0 - CURVATURE) / s.max(f64::MIN_POSITIVE)
             }
         }
     }
@@ -132,6 +161,23 @@ mod tests {
                 for s in [0.0, 0.3, 2.0, 9.0, 40.0] {
                     assert!(loss.evaluate(s).0 <= rho + weight * (s - s0) + 1e-12);
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn flattening_is_second_derivative_of_loss_where_that_is_positive() {
+        // Thesis: section 8.4.2: half the loss of a residual r has the curvature rho' + 2 rho'' r^2
+        for loss in LOSSES {
+            for r in [1e-160, 0.1_f64, 0.7, 1.2, 1.6, 1.9, 2.6, 4.0, 6.0] {
+                let half = |r: f64| 0.5 * loss.evaluate(r * r).0;
+                let step = 1e-4;
+                let truth = (half(r + step) - 2.0 * half(r) + half(r - step)) / (step * step);
+                let weight = loss.evaluate(r * r).1;
+                let curvature = weight - r * r * loss.flattening(r * r);
+                let bounded = truth.max(CURVATURE * weight);
+                // second differences of 1 with that step are good to 1e-7
+                assert!((curvature - bounded).abs() < 1e-6, "{loss:?} {r}");
             }
         }
     }

@@ -88,6 +88,7 @@ def ba(
     as_json: Json = False,
 ) -> None:
     """Adjust poses, points and intrinsics of a bundle adjustment problem."""
+    _check_folder(out)
     problem = BundleProblem.read(file)
     problem.set_loss(LOSSES[loss], threshold)
     result = problem.solve(
@@ -116,6 +117,7 @@ def pgo(
     as_json: Json = False,
 ) -> None:
     """Optimise a pose graph."""
+    _check_folder(out)
     graph = PoseGraph.read(file)
     result = graph.solve(
         switch=SWITCHES[switch],
@@ -128,6 +130,12 @@ def pgo(
     if out is not None:
         graph.write(out)
     _show(repr(graph), result, out, as_json)
+
+
+def _check_folder(out: Path | None) -> None:
+    """Before the work: a result that cannot be written is lost."""
+    if out is not None and not out.resolve().parent.is_dir():
+        raise stop(f"--out {out}: there is no such folder", "make the folder first", 2)
 
 
 def _show(title: str, result: SolverResult, out: Path | None, as_json: bool) -> None:

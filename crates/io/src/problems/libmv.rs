@@ -86,7 +86,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<(BundleProblem, Names)> 
         big,
     };
     if bytes.get(1) != Some(&b'P') {
-        return Err(reader.error("`P`: measurements in pixels", format!("{:?}", bytes.get(1))));
+        let found = bytes.get(1).map_or("the end".to_string(), |byte| {
+            format!("`{}`", byte.escape_ascii())
+        });
+        return Err(reader.error("`P`: measurements in pixels", found));
     }
     let [f, cx, cy, k1, k2, k3, p1, p2] = reader.floats("intrinsics")?;
     let (width, height) = ((2.0 * cx).max(1.0) as usize, (2.0 * cy).max(1.0) as usize);

@@ -1,13 +1,15 @@
 //! `BundleProblem`: bundle adjustment.
 
+use super::inertial::{PyImuPreintegration, PyMotion};
+use super::measured::{self, Pixels};
 use super::result::PySolverResult;
 use super::settings::Settings;
-use super::{loss, matrices, square};
-use crate::arrays::{floats, indices, vectors3};
+use super::{loss, matrices, square, vector3};
+use crate::arrays::{indices, vectors3};
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use crate::trajectory::pose_from;
-use nalgebra::{Matrix2, Matrix3, Matrix6, Vector2};
+use nalgebra::{Matrix3, Matrix6};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_io::problems::{BundleFile, read_bundle};
@@ -153,16 +155,7 @@ impl PyBundleProblem {
         pixel: &Bound<'_, PyAny>,
         sigma_px: f64,
     ) -> PyResult<()> {
-        let (pose, point) = (indices(pose, "pose")?, indices(point, "point")?);
-        let pixel = floats(pixel, "pixel", &[Some(pose.len()), Some(2)])?;
-        same_length(&pose, &point)?;
-        let covariance = Matrix2::identity() * sigma_px * sigma_px;
-        for (k, uv) in pixel.as_slice()?.chunks_exact(2).enumerate() {
-            let uv = Vector2::new(uv[0], uv[1]);
-            let added = self.problem.add_pixel(pose[k], point[k], uv, &covariance);
-            added.into_python()?;
-        }
-        Ok(())
+        measured::add_pixels(&mut self.problem, (pose, point), pixel, sigma_px)
     }
 
     /// Points (N, 3) as poses (N,) measure them in the camera frame, metres (thesis 9.1).
@@ -174,18 +167,7 @@ impl PyBundleProblem {
         point_in_camera_m: &Bound<'_, PyAny>,
         sigma_m: f64,
     ) -> PyResult<()> {
-        let (pose, point) = (indices(pose, "pose")?, indices(point, "point")?);
-        same_length(&pose, &point)?;
-        let measured = vectors3(point_in_camera_m, "point_in_camera_m")?;
-        same_length(&pose, &measured)?;
-        let covariance = Matrix3::identity() * sigma_m * sigma_m;
-        for (k, x) in measured.into_iter().enumerate() {
-            let added = self
-                .problem
-                .add_point_measurement(pose[k], point[k], x, &covariance);
-            added.into_python()?;
-        }
-        Ok(())
+        measured::add_points(&mut self.problem, (pose, point), point_in_camera_m, sigma_m)
     }
 
     /// Inverse distances (N,) along the ray from poses (N,) to points (N,), per metre.
@@ -197,15 +179,7 @@ impl PyBundleProblem {
         inv_range: &Bound<'_, PyAny>,
         sigma: f64,
     ) -> PyResult<()> {
-        let (pose, point) = (indices(pose, "pose")?, indices(point, "point")?);
-        same_length(&pose, &point)?;
-        let measured = floats(inv_range, "inv_range", &[Some(pose.len())])?;
-        for (k, value) in measured.as_slice()?.iter().enumerate() {
-            self.problem
-                .add_inverse_range(pose[k], point[k], *value, sigma)
-                .into_python()?;
-        }
-        Ok(())
+        measured::add_inverse_ranges(&mut self.problem, (pose, point), inv_range, sigma)
     }
 
     /// What is known of a pose's rotation (its (4, 4) world from camera); covariance (3, 3) of the
@@ -237,6 +211,67 @@ impl PyBundleProblem {
             .into_python()
     }
 
+    /// Gravity in the world (3,), m/s^2, pointing down, and where the camera is in the IMU's frame
+    /// (4, 4): before the first motion.
+    fn set_imu(
+        &mut self,
+        gravity_m_s2: &Bound<'_, PyAny>,
+        body_from_camera: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let gravity = vector3(gravity_m_s2, "gravity_m_s2")?;
+        let body_from_camera = pose_from(body_from_camera, "body_from_camera")?;
+        self.problem
+            .set_imu(gravity, body_from_camera)
+            .into_python()
+    }
+
+    /// Estimate velocity and biases at a pose too, from `motion` on (zeros where None).
+    #[pyo3(signature = (pose, motion = None))]
+    fn add_motion(&mut self, pose: usize, motion: Option<&PyMotion>) -> PyResult<()> {
+        let motion = motion.map(|motion| motion.0).unwrap_or_default();
+        self.problem.add_motion(pose, motion).into_python()
+    }
+
+    /// Tie two poses that have motions by the IMU samples between them.
+    fn add_imu(
+        &mut self,
+        first: usize,
+        second: usize,
+        samples: &PyImuPreintegration,
+    ) -> PyResult<()> {
+        let added = self.problem.add_imu(first, second, samples.0.clone());
+        added.into_python()
+    }
+
+    /// Biases of `motion` known at a pose that has one, with a standard deviation for each sensor
+    /// (rad/s, m/s^2); its velocity does not count.
+    #[pyo3(signature = (pose, motion, *, gyro_sigma, accel_sigma))]
+    fn add_bias_prior(
+        &mut self,
+        pose: usize,
+        motion: &PyMotion,
+        gyro_sigma: f64,
+        accel_sigma: f64,
+    ) -> PyResult<()> {
+        let sigmas = (gyro_sigma, accel_sigma);
+        self.problem
+            .add_bias_prior(pose, motion.0.bias, sigmas)
+            .into_python()
+    }
+
+    /// Velocity and biases at a pose; None where they are not estimated.
+    fn motion(&self, pose: usize) -> Option<PyMotion> {
+        self.problem.motion(pose).map(PyMotion)
+    }
+
+    /// Marginalise poses out with their motions, the points they see and the samples that tie them:
+    /// what those say of the others stays as a Gaussian prior around the present state.
+    fn marginalise(&mut self, poses: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.problem
+            .marginalise(&indices(poses, "poses")?)
+            .into_python()
+    }
+
     /// The loss of all measurements: 'quadratic', 'huber', 'cauchy' or 'tukey', with its threshold
     /// in standard deviations.
     #[pyo3(signature = (name, threshold = 1.0))]
@@ -259,13 +294,8 @@ impl PyBundleProblem {
         time_budget_s: Option<f64>,
         threads: usize,
     ) -> PyResult<PySolverResult> {
-        let settings = Settings::new(
-            max_iterations,
-            function_tolerance,
-            parameter_tolerance,
-            time_budget_s,
-            threads,
-        )?;
+        let tolerances = [function_tolerance, parameter_tolerance];
+        let settings = Settings::new(max_iterations, tolerances, time_budget_s, threads)?;
         let problem = &mut self.problem;
         let work = || {
             let begin = Instant::now();
@@ -319,27 +349,8 @@ impl PyBundleProblem {
 
     /// Measured pixels: poses (N,), points (N,), pixels (N, 2).
     #[getter]
-    #[allow(clippy::type_complexity)]
-    fn pixels<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(
-        Bound<'py, PyArray1<i64>>,
-        Bound<'py, PyArray1<i64>>,
-        Bound<'py, PyArray2<f64>>,
-    )> {
-        let (mut poses, mut points, mut values) = (Vec::new(), Vec::new(), Vec::new());
-        for (pose, point, pixel) in self.problem.pixels() {
-            poses.push(pose as i64);
-            points.push(point as i64);
-            values.extend(pixel.iter());
-        }
-        let count = poses.len();
-        Ok((
-            PyArray1::from_vec(py, poses),
-            PyArray1::from_vec(py, points),
-            PyArray1::from_vec(py, values).reshape([count, 2])?,
-        ))
+    fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Pixels<'py>> {
+        measured::pixels(py, &self.problem)
     }
 
     /// The camera of a pose, with its intrinsics as they are now.
@@ -371,13 +382,4 @@ impl PyBundleProblem {
             self.problem.observations()
         )
     }
-}
-
-fn same_length<A, B>(first: &[A], second: &[B]) -> PyResult<()> {
-    if first.len() == second.len() {
-        return Ok(());
-    }
-    let (first, second) = (first.len(), second.len());
-    let text = format!("pose, point, measurement: expected one length, found {first} and {second}");
-    Err(exception(Kind::Shape, text))
 }

@@ -18,8 +18,7 @@ pub struct Settings {
 impl Settings {
     pub fn new(
         max_iterations: usize,
-        function_tolerance: f64,
-        parameter_tolerance: f64,
+        [function_tolerance, parameter_tolerance]: [f64; 2],
         time_budget_s: Option<f64>,
         threads: usize,
     ) -> PyResult<Self> {

@@ -15,6 +15,7 @@ use crate::options::{Damping, Options};
 use crate::summary::{StopReason, Summary};
 use crate::{Error, Result};
 use rayon::prelude::*;
+use sphereflow_sphere::Camera;
 use std::ops::Deref;
 use std::time::Duration;
 
@@ -37,8 +38,9 @@ impl Deref for BundleSummary {
     }
 }
 
-/// A problem with everything that its adjustment needs. Solving again, from other poses and points,
-/// allocates nothing but the summary (free intrinsics: a few numbers per camera).
+/// A problem with everything that its adjustment needs. Solving again, from other poses, points and
+/// intrinsics, allocates nothing but the summary (large factorisations are made in parts, whose
+/// bookkeeping is rayon's).
 pub struct BundleAdjuster {
     pub(super) problem: BundleProblem,
     pub(super) layout: Layout,
@@ -142,6 +144,14 @@ impl BundleAdjuster {
         Ok(())
     }
 
+    /// Start from another camera, of the same model: its free parameters are estimated anew.
+    ///
+    /// # Errors
+    /// Where there is no such camera, or its model is another.
+    pub fn restart_camera(&mut self, camera: usize, start: &Camera) -> Result<()> {
+        self.problem.set_camera(camera, start)
+    }
+
     /// Adjust from the present state on.
     ///
     /// # Errors
@@ -183,6 +193,12 @@ impl BundleAdjuster {
         self.candidate_poses.copy_from_slice(&self.poses);
         self.motions.copy_from_slice(&self.problem.inertial.motions);
         self.candidate_motions.copy_from_slice(&self.motions);
+        let both = [&mut self.intrinsics, &mut self.candidate_intrinsics];
+        for all in both {
+            for (intrinsics, start) in all.iter_mut().zip(&self.problem.intrinsics) {
+                intrinsics.copy_from(start);
+            }
+        }
         for chunk in &mut self.layout.chunks {
             for (current, &point) in chunk.current.iter_mut().zip(&chunk.points) {
                 *current = self.problem.points[point as usize].position;
@@ -206,7 +222,7 @@ impl BundleAdjuster {
         }
         for (camera, &block) in self.layout.camera_block.iter().enumerate() {
             if block != NONE {
-                self.problem.intrinsics[camera] = self.intrinsics[camera].clone();
+                self.problem.intrinsics[camera].copy_from(&self.intrinsics[camera]);
             }
         }
     }
@@ -230,7 +246,7 @@ impl BundleAdjuster {
             .chunks
             .par_iter_mut()
             .for_each(|chunk| chunk.evaluate(&scene, candidate));
-        let mut cost = self.assembly.prior_cost(&self.problem.priors, poses)
+        let mut cost = (self.assembly).prior_cost(&self.problem.priors, (poses, motions))
             + self.problem.inertial.cost(poses, motions);
         for chunk in &self.layout.chunks {
             cost += chunk.cost?;
@@ -303,11 +319,8 @@ impl System for BundleAdjuster {
         self.layout.chunks.par_iter_mut().for_each(|chunk| {
             chunk.linearise(&scene, (pattern, direct), (damping, lambda));
         });
-        self.assembly
-            .gather(&self.layout, &self.problem.priors, &self.poses);
         let state = (&self.poses[..], &self.motions[..]);
-        self.assembly
-            .gather_inertial(&self.layout, &self.problem.inertial, state);
+        self.assembly.gather(&self.layout, &self.problem, state);
         self.eliminated = Some((damping, lambda));
         let points = self.layout.chunks.iter().map(|chunk| chunk.gradient_max);
         let blocks = self.assembly.gradient.iter().map(|g| g.abs());

@@ -1,12 +1,13 @@
 //! The reduced system: the sums of the parts, priors and damping.
 
-use super::chunk::{Chunk, NONE};
-use super::inertial::{Block, Inertial, MOTION, Motion};
+use super::chunk::Chunk;
+use super::inertial::{Block, MOTION};
 use super::layout::Layout;
-use super::prior::{Prior, PriorScratch};
-use super::state::ViewPose;
+use super::prior::{Prior, PriorScratch, State};
+use super::problem::BundleProblem;
 use crate::minimise::damping_term;
 use crate::options::Damping;
+use nalgebra::SVector;
 use rayon::prelude::*;
 
 /// Numbers that are summed as one piece of work.
@@ -44,101 +45,53 @@ impl Assembly {
         }
     }
 
-    pub fn prior_cost(&mut self, priors: &[Prior], poses: &[ViewPose]) -> f64 {
+    pub fn prior_cost(&mut self, priors: &[Prior], state: State) -> f64 {
         let costs = priors
             .iter()
-            .map(|prior| prior.cost(poses, &mut self.scratch));
+            .map(|prior| prior.cost(state, &mut self.scratch));
         costs.sum()
     }
 
-    /// Sum the direct blocks and gradients of the parts, and add the priors.
-    pub fn gather(&mut self, layout: &Layout, priors: &[Prior], poses: &[ViewPose]) {
+    /// Sum the direct blocks and gradients of the parts, and add the priors and inertial terms.
+    pub fn gather(&mut self, layout: &Layout, problem: &BundleProblem, state: State) {
         sum(&mut self.direct, &layout.chunks, |chunk| &chunk.direct);
         sum(&mut self.gradient, &layout.chunks, |chunk| &chunk.gradient);
         self.joint.clear();
-        for prior in priors {
-            let block = |view: usize| layout.view_block[prior.views[view]];
-            let (direct, joint, gradient) = (&mut self.direct, &mut self.joint, &mut self.gradient);
-            prior.linearise(
-                poses,
-                &mut self.scratch,
-                |i, j, matrix| {
-                    let (row, column) = (block(i), block(j));
-                    if row == NONE || column == NONE {
-                        return;
-                    }
-                    if i == j {
-                        let start = layout.direct.diagonal[row as usize];
-                        add(&mut direct[start..start + 36], matrix.as_slice());
-                        return;
-                    }
-                    let transposed = row < column;
-                    let (low, high) = (row.min(column) as usize, row.max(column) as usize);
-                    if let Some(offset) = layout.pattern.offset(high, low) {
-                        let matrix = if transposed {
-                            matrix.transpose()
-                        } else {
-                            *matrix
-                        };
-                        joint.push(Joint {
-                            offset,
-                            len: 36,
-                            numbers: first(matrix.as_slice()),
-                        });
-                    }
-                },
-                |i, vector| {
-                    if block(i) != NONE {
-                        let start = layout.pattern.start(block(i) as usize);
-                        add(&mut gradient[start..start + 6], vector.as_slice());
-                    }
-                },
-            );
-        }
-    }
-
-    /// Add the inertial terms, after the others were gathered.
-    pub fn gather_inertial(
-        &mut self,
-        layout: &Layout,
-        inertial: &Inertial,
-        state: (&[ViewPose], &[Motion]),
-    ) {
         let pattern = &layout.pattern;
         let (direct, joint, gradient) = (&mut self.direct, &mut self.joint, &mut self.gradient);
-        let part = |m: &Block, (row, column): (u32, u32), transposed: bool| {
-            let (rows, columns) = (pattern.size(row as usize), pattern.size(column as usize));
+        let mut add_block = |row: u32, column: u32, matrix: &Block| {
+            let (high, low) = (row.max(column) as usize, row.min(column) as usize);
+            let (rows, columns) = (pattern.size(high), pattern.size(low));
             let mut numbers = [0.0; MOTION * MOTION];
             for c in 0..columns {
                 for r in 0..rows {
-                    numbers[rows * c + r] = if transposed { m[(c, r)] } else { m[(r, c)] };
+                    let transposed = row < column;
+                    numbers[rows * c + r] = matrix[if transposed { (c, r) } else { (r, c) }];
                 }
             }
-            (numbers, rows * columns)
+            let len = rows * columns;
+            if row == column {
+                let start = layout.direct.diagonal[high];
+                add(&mut direct[start..start + len], &numbers[..len]);
+            } else if let Some(offset) = pattern.offset(high, low) {
+                joint.push(Joint {
+                    offset,
+                    len,
+                    numbers,
+                });
+            }
         };
-        inertial.linearise(
-            state,
-            (&layout.view_block, &layout.motion_block),
-            |row, column, matrix| {
-                let (low, high) = (row.min(column), row.max(column));
-                let (numbers, len) = part(matrix, (high, low), row < column);
-                if row == column {
-                    let start = layout.direct.diagonal[row as usize];
-                    add(&mut direct[start..start + len], &numbers[..len]);
-                } else if let Some(offset) = pattern.offset(high as usize, low as usize) {
-                    joint.push(Joint {
-                        offset,
-                        len,
-                        numbers,
-                    });
-                }
-            },
-            |block, vector| {
-                let start = pattern.start(block as usize);
-                let size = pattern.size(block as usize);
-                add(&mut gradient[start..start + size], vector.as_slice());
-            },
-        );
+        let mut add_gradient = |block: u32, vector: &SVector<f64, MOTION>| {
+            let (start, size) = (pattern.start(block as usize), pattern.size(block as usize));
+            add(&mut gradient[start..start + size], vector.as_slice());
+        };
+        let blocks = (&layout.view_block[..], &layout.motion_block[..]);
+        for prior in &problem.priors {
+            let scratch = &mut self.scratch;
+            prior.linearise(state, blocks, scratch, &mut add_block, &mut add_gradient);
+        }
+        let inertial = &problem.inertial;
+        inertial.linearise(state, blocks, &mut add_block, &mut add_gradient);
     }
 
     /// The reduced matrix and the right side (in `step`), after the parts eliminated their points.
@@ -186,10 +139,6 @@ impl Assembly {
         }
         (promised, squared)
     }
-}
-
-fn first(numbers: &[f64]) -> [f64; MOTION * MOTION] {
-    std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(0.0))
 }
 
 fn add(to: &mut [f64], from: &[f64]) {

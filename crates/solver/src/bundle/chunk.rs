@@ -2,6 +2,7 @@
 
 mod eliminate;
 mod linearise;
+mod refine;
 
 use super::intrinsics::Intrinsics;
 use super::layout::Direct;
@@ -235,8 +236,13 @@ impl Chunk {
     }
 
     /// Half the sum of the losses at the current points or the candidates, into `cost`; `None`
-    /// where a point is not seen.
+    /// where a point is not seen. Candidates under robust losses are moved to where they cost less
+    /// first.
     pub fn evaluate(&mut self, scene: &Scene, candidate: bool) {
+        if candidate && scene.losses.robust() {
+            self.cost = self.refine(scene);
+            return;
+        }
         self.cost = pulp::Arch::new().dispatch(Evaluate(self, scene, candidate));
     }
 

@@ -3,6 +3,7 @@
 use super::active::Active;
 use super::issue::Issue;
 use super::measurement::Measurement;
+use super::prior::Prior;
 use super::problem::BundleProblem;
 
 /// Groups of poses joined by points and priors.
@@ -36,6 +37,13 @@ struct Group {
     held_points: usize,
 }
 
+/// The poses of a prior, and those of its motions.
+fn members<'a>(problem: &'a BundleProblem, prior: &'a Prior) -> impl Iterator<Item = usize> + 'a {
+    let of_motions = prior.motions.iter();
+    let of_motions = of_motions.map(|&motion| problem.inertial.views[motion]);
+    prior.views.iter().copied().chain(of_motions)
+}
+
 /// Disconnected groups, and groups with a free gauge.
 pub(super) fn issues(problem: &BundleProblem, active: &Active, used: &[bool]) -> Vec<Issue> {
     let views = problem.views.len();
@@ -53,8 +61,9 @@ pub(super) fn issues(problem: &BundleProblem, active: &Active, used: &[bool]) ->
         }
     }
     for prior in &problem.priors {
-        for &view in &prior.views[1..] {
-            union.join(prior.views[0], view);
+        let mut first = None;
+        for view in members(problem, prior) {
+            union.join(*first.get_or_insert(view), view);
         }
     }
     for [first, second] in problem.inertial.ties() {

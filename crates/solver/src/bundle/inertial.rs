@@ -158,6 +158,16 @@ impl Motion {
         }
     }
 
+    /// What it has over another: velocity, gyrometer bias, accelerometer bias.
+    pub(crate) fn minus(&self, other: &Self) -> SVector<f64, MOTION> {
+        let parts = [
+            self.velocity - other.velocity,
+            self.bias.gyro - other.bias.gyro,
+            self.bias.accel - other.bias.accel,
+        ];
+        SVector::from_fn(|k, _| parts[k / 3][k % 3])
+    }
+
     /// Squared norm of its numbers.
     pub(crate) fn norm_squared(&self) -> f64 {
         let bias = self.bias.gyro.norm_squared() + self.bias.accel.norm_squared();
@@ -177,7 +187,19 @@ impl Inertial {
         self.ties.iter().map(|tie| [tie.from, tie.to])
     }
 
-    /// True where anything determines the motion.
+    /// Splits off what the motions of the poses that leave take part in.
+    pub fn part(&self, leaves: &[bool]) -> (Self, Self) {
+        let goes = |motion: usize| leaves[self.views[motion]];
+        let tie_goes = |tie: &Tie| goes(tie.from) || goes(tie.to);
+        let (mut leaving, mut staying) = (self.clone(), self.clone());
+        leaving.ties.retain(tie_goes);
+        staying.ties.retain(|tie| !tie_goes(tie));
+        leaving.priors.retain(|prior| goes(prior.motion));
+        staying.priors.retain(|prior| !goes(prior.motion));
+        (leaving, staying)
+    }
+
+    /// True where samples or a bias prior determine the motion.
     pub fn determines(&self, motion: usize) -> bool {
         let tied = self.tied_motions().any(|ends| ends.contains(&motion));
         tied || self.priors.iter().any(|prior| prior.motion == motion)

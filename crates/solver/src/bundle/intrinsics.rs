@@ -161,24 +161,32 @@ impl Intrinsics {
                 next.values[1] = self.values[1] / self.values[0] * next.values[0];
             }
         }
-        next.camera = next.build(&next.values)?;
+        next.camera = next.camera.with_parameters(&next.values)?;
         next.move_cameras()
     }
 
-    fn build(&self, values: &[f64]) -> Result<Camera> {
-        let named: Vec<(&str, f64)> = self
-            .names
-            .iter()
-            .copied()
-            .zip(values.iter().copied())
-            .collect();
-        let (width, height) = (self.camera.width(), self.camera.height());
-        Ok(Camera::from_named(
-            self.camera.model_name(),
-            &named,
-            width,
-            height,
-        )?)
+    /// The same values as another with the same parameters free.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.camera.clone_from(&other.camera);
+        self.values.copy_from_slice(&other.values);
+        for (free, other) in self.free.iter_mut().zip(&other.free) {
+            free.moved.clone_from(&other.moved);
+        }
+    }
+
+    /// Start from another camera of the same model.
+    pub fn restart(&mut self, camera: &Camera) -> Result<()> {
+        let (expected, found) = (self.camera.model_name(), camera.model_name());
+        if expected != found {
+            let expected = format!("a camera of the model {expected}");
+            return Err(Error::value("camera", expected, found));
+        }
+        self.camera.clone_from(camera);
+        let values = camera.named_parameters();
+        for (value, (_, new)) in self.values.iter_mut().zip(values) {
+            *value = new;
+        }
+        self.move_cameras()
     }
 
     fn move_cameras(&mut self) -> Result<()> {
@@ -186,12 +194,14 @@ impl Intrinsics {
             if self.free[i].kind != Kind::Other {
                 continue;
             }
-            let mut values = self.values.clone();
             let index = self.free[i].index;
-            values[index] = self.values[index] + STEP;
-            let up = self.build(&values)?;
-            values[index] = self.values[index] - STEP;
-            self.free[i].moved = Some((up, self.build(&values)?));
+            let value = self.values[index];
+            self.values[index] = value + STEP;
+            let up = self.camera.with_parameters(&self.values);
+            self.values[index] = value - STEP;
+            let down = self.camera.with_parameters(&self.values);
+            self.values[index] = value;
+            self.free[i].moved = Some((up?, down?));
         }
         Ok(())
     }

@@ -72,7 +72,7 @@ pub(super) fn layout(problem: &BundleProblem, elimination: Elimination) -> Layou
         }
     }
     sizes.extend((0..count(&motion_block)).map(|_| MOTION));
-    let tied = problem.priors.iter().any(|prior| prior.views.len() > 1)
+    let tied = (problem.priors.iter()).any(|prior| prior.views.len() + prior.motions.len() > 1)
         || !problem.inertial.views.is_empty();
     let free_points = (0..problem.points.len())
         .filter(|&point| !problem.points[point].fixed && active.has(point))
@@ -170,7 +170,10 @@ fn blocks(
         .map(|camera| number(camera_used[camera] && problem.intrinsics[camera].free() > 0))
         .collect();
     let motion_block = (0..problem.inertial.motions.len())
-        .map(|motion| number(problem.inertial.determines(motion)))
+        .map(|motion| {
+            let prior = problem.priors.iter().any(|p| p.motions.contains(&motion));
+            number(prior || problem.inertial.determines(motion))
+        })
         .collect();
     for (pose, view) in problem.views.iter().enumerate() {
         if !used[pose] && !view.fixed {
@@ -206,7 +209,8 @@ fn groups(
         starts.push(members.len());
     }
     for prior in &problem.priors {
-        let blocks = prior.views.iter().map(|&view| view_block[view]);
+        let blocks = (prior.views.iter().map(|&view| view_block[view]))
+            .chain(prior.motions.iter().map(|&motion| motion_block[motion]));
         members.extend(blocks.filter(|&b| b != NONE));
         starts.push(members.len());
     }

@@ -47,6 +47,22 @@ impl Normal {
         }
     }
 
+    /// Add the square `A^T A` of a derivative and `A^T r` by their weight, without the part of the
+    /// curvature along the residual that a robust loss has not.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        square: &Matrix3<f64>,
+        gradient: &Vector3<f64>,
+        (weight, flattening): (f64, f64),
+    ) {
+        self.m += square * weight;
+        self.g += gradient * weight;
+        if flattening > 0.0 {
+            self.m -= gradient * gradient.transpose() * flattening;
+        }
+    }
+
     #[inline(always)]
     pub fn clear(&mut self, free: usize) {
         self.m = Matrix3::zeros();
@@ -69,6 +85,23 @@ pub struct Losses {
     pub point: crate::Loss,
     /// Of inverse ranges.
     pub inverse_range: crate::Loss,
+}
+
+impl Losses {
+    /// True where any of them is not quadratic.
+    pub(crate) fn robust(&self) -> bool {
+        let all = [self.pixel, self.point, self.inverse_range];
+        all.iter().any(|loss| *loss != crate::Loss::Quadratic)
+    }
+}
+
+/// Which second order of a robust cost a normal matrix has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Curvature {
+    /// That of the reweighted quadratic, which lies above the cost.
+    Above,
+    /// The cost's own, and by the point alone.
+    Own,
 }
 
 impl Measurement {
@@ -101,6 +134,15 @@ impl Measurement {
         }
     }
 
+    /// The squared norm of the whitened residual of a pixel from `projected`; `None` of others.
+    #[cfg(test)]
+    pub fn squared_at(&self, projected: &Vector2<f64>) -> Option<f64> {
+        match self {
+            Self::Pixel { pixel, root } => Some((root * (projected - pixel)).norm_squared()),
+            _ => None,
+        }
+    }
+
     /// The same measurement with another value.
     #[cfg(test)]
     pub fn replace(&mut self, new_pixel: Vector2<f64>, new_point: Vector3<f64>) {
@@ -129,8 +171,10 @@ impl Measurement {
         intrinsics: &Intrinsics,
         x: &Vector3<f64>,
         losses: &Losses,
+        curvature: Curvature,
         normal: &mut Normal,
     ) -> bool {
+        let own = curvature == Curvature::Own;
         match self {
             Self::Pixel { pixel, root } => {
                 let Some((found, by_point)) = intrinsics.camera.project_with_jacobian(x) else {
@@ -138,30 +182,36 @@ impl Measurement {
                 };
                 let residual = root * (found - pixel);
                 let a: Matrix2x3<f64> = root * by_point;
-                let (rho, weight) = losses.pixel.evaluate(residual.norm_squared());
+                let s = residual.norm_squared();
+                let (rho, weight) = losses.pixel.evaluate(s);
+                let flattening = if own { losses.pixel.flattening(s) } else { 0.0 };
                 normal.cost += 0.5 * rho;
-                normal.m += a.tr_mul(&a) * weight;
-                normal.g += a.tr_mul(&residual) * weight;
-                if intrinsics.free() > 0 {
+                normal.add(&a.tr_mul(&a), &a.tr_mul(&residual), (weight, flattening));
+                if !own && intrinsics.free() > 0 {
                     add_intrinsics(intrinsics, x, &found, root, (&a, &residual, weight), normal);
                 }
             }
             Self::Point { point, root } => {
                 // Thesis: eq. (9.1): the derivative by the point in the camera frame is the identity
                 let residual = root * (x - point);
-                let (rho, weight) = losses.point.evaluate(residual.norm_squared());
+                let s = residual.norm_squared();
+                let (rho, weight) = losses.point.evaluate(s);
+                let flattening = if own { losses.point.flattening(s) } else { 0.0 };
                 normal.cost += 0.5 * rho;
-                normal.m += root.tr_mul(root) * weight;
-                normal.g += root.tr_mul(&residual) * weight;
+                let square = root.tr_mul(root);
+                normal.add(&square, &root.tr_mul(&residual), (weight, flattening));
             }
             Self::InverseRange { inv_range, root } => {
                 let range = x.norm();
                 let residual = root * (1.0 / range - inv_range);
                 let a: RowVector3<f64> = x.transpose() * (-root / (range * range * range));
-                let (rho, weight) = losses.inverse_range.evaluate(residual * residual);
+                let s = residual * residual;
+                let loss = losses.inverse_range;
+                let (rho, weight) = loss.evaluate(s);
+                let flattening = if own { loss.flattening(s) } else { 0.0 };
                 normal.cost += 0.5 * rho;
-                normal.m += a.tr_mul(&a) * weight;
-                normal.g += a.transpose() * (residual * weight);
+                let gradient = a.transpose() * residual;
+                normal.add(&a.tr_mul(&a), &gradient, (weight, flattening));
             }
         }
         true

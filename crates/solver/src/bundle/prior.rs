@@ -1,26 +1,36 @@
-//! Gaussian knowledge of poses: of one pose, of its attitude alone, or of several poses together.
+//! Gaussian knowledge: of one pose, of its attitude alone, or of several poses and motions together.
 
+use super::chunk::NONE;
+use super::inertial::{Block, MOTION, Motion};
 use super::state::ViewPose;
 use crate::{Error, Result};
-use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, Vector6};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector6};
 use sphereflow_core::Pose;
 use sphereflow_sphere::lie::se3;
 
 /// The residual is `root * r + offset`, `r` the stacked `log(K_i K0_i^-1)` (twists `[omega, v]` in
-/// the camera frames) of the poses `views`.
+/// the camera frames) of the poses `views`, then what the motions have over those of the knowledge
+/// (velocity, gyrometer bias, accelerometer bias).
 #[derive(Clone, Debug)]
 pub(crate) struct Prior {
     pub views: Vec<usize>,
     /// Inverses of the camera-from-world poses of the knowledge.
     inverses: Vec<Pose>,
+    /// Indices of motions, and those of the knowledge.
+    pub motions: Vec<usize>,
+    around: Vec<Motion>,
     root: DMatrix<f64>,
     offset: DVector<f64>,
 }
 
+/// Poses and motions.
+pub(crate) type State<'a> = (&'a [ViewPose], &'a [Motion]);
+
 /// Room for the evaluation of the largest prior.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PriorScratch {
-    twists: Vec<f64>,
+    /// What is known minus what is: twists of the poses, then differences of the motions.
+    gaps: Vec<f64>,
     residual: Vec<f64>,
     jacobian: Vec<f64>,
 }
@@ -57,21 +67,25 @@ impl Prior {
         Self {
             views: vec![view],
             inverses: vec![*pose],
+            motions: Vec::new(),
+            around: Vec::new(),
             root: DMatrix::from_column_slice(R, 6, root.as_slice()),
             offset: DVector::zeros(R),
         }
     }
 
-    /// Of several poses together, around `poses` (world from camera).
+    /// Of several poses (world from camera) and motions together, around their states.
     pub fn joint(
-        views: Vec<usize>,
-        poses: Vec<Pose>,
+        (views, poses): (Vec<usize>, Vec<Pose>),
+        (motions, around): (Vec<usize>, Vec<Motion>),
         root: DMatrix<f64>,
         offset: DVector<f64>,
     ) -> Self {
         Self {
             views,
             inverses: poses,
+            motions,
+            around,
             root,
             offset,
         }
@@ -85,45 +99,49 @@ impl Prior {
 
     /// True where it holds all six directions of its poses.
     pub fn holds_position(&self) -> bool {
-        self.root.columns(3, 3).norm() > 0.0
+        !self.views.is_empty() && self.root.columns(3, 3).norm() > 0.0
     }
 
-    fn evaluate(&self, poses: &[ViewPose], scratch: &mut PriorScratch) {
-        scratch.twists.clear();
+    fn evaluate(&self, (poses, motions): State, scratch: &mut PriorScratch) {
+        scratch.gaps.clear();
         for (view, inverse) in self.views.iter().zip(&self.inverses) {
             let twist = se3::log(&(poses[*view].pose() * *inverse));
-            scratch.twists.extend(twist.iter());
+            scratch.gaps.extend(twist.iter());
+        }
+        for (motion, around) in self.motions.iter().zip(&self.around) {
+            scratch.gaps.extend(motions[*motion].minus(around).iter());
         }
         scratch.residual.clear();
         scratch.residual.extend(self.offset.iter());
-        for (column, twist) in scratch.twists.iter().enumerate() {
+        for (column, gap) in scratch.gaps.iter().enumerate() {
             for (row, residual) in scratch.residual.iter_mut().enumerate() {
-                *residual += self.root[(row, column)] * twist;
+                *residual += self.root[(row, column)] * gap;
             }
         }
     }
 
     /// Half the squared residual.
-    pub fn cost(&self, poses: &[ViewPose], scratch: &mut PriorScratch) -> f64 {
-        self.evaluate(poses, scratch);
+    pub fn cost(&self, state: State, scratch: &mut PriorScratch) -> f64 {
+        self.evaluate(state, scratch);
         0.5 * scratch.residual.iter().map(|e| e * e).sum::<f64>()
     }
 
-    /// Half the squared residual; hands the blocks of the normal matrix (`row >= column`, indices
-    /// into `views`) to `block`, and of the gradient to `gradient`.
+    /// Hands the blocks of the normal matrix (row, column) and of the gradient to `block` and
+    /// `gradient`, for the blocks of the poses and of the motions that move.
     pub fn linearise(
         &self,
-        poses: &[ViewPose],
+        state: State,
+        (view_block, motion_block): (&[u32], &[u32]),
         scratch: &mut PriorScratch,
-        mut block: impl FnMut(usize, usize, &Matrix6<f64>),
-        mut gradient: impl FnMut(usize, &Vector6<f64>),
-    ) -> f64 {
-        self.evaluate(poses, scratch);
+        mut block: impl FnMut(u32, u32, &Block),
+        mut gradient: impl FnMut(u32, &SVector<f64, MOTION>),
+    ) {
+        self.evaluate(state, scratch);
         let rows = self.root.nrows();
-        // the Jacobian by columns, rows x 6 for each pose
+        // the Jacobian by columns: rows x 6 for each pose, rows x 9 for each motion
         scratch.jacobian.clear();
         for view in 0..self.views.len() {
-            let twist = Vector6::from_column_slice(&scratch.twists[6 * view..6 * view + 6]);
+            let twist = Vector6::from_column_slice(&scratch.gaps[6 * view..6 * view + 6]);
             let by_update = se3::left_jacobian_inverse(&twist);
             for c in 0..6 {
                 for r in 0..rows {
@@ -132,21 +150,37 @@ impl Prior {
                 }
             }
         }
+        let of_motions = self.root.as_slice().iter().skip(scratch.jacobian.len());
+        scratch.jacobian.extend(of_motions);
         let column = |k: usize| &scratch.jacobian[k * rows..(k + 1) * rows];
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        for i in 0..self.views.len() {
-            gradient(
-                i,
-                &Vector6::from_fn(|r, _| dot(column(6 * i + r), &scratch.residual)),
-            );
+        // block, first column, columns
+        let poses = self.views.len();
+        let member = |i: usize| match i.checked_sub(poses) {
+            None => (view_block[self.views[i]], 6 * i, 6),
+            Some(k) => (
+                motion_block[self.motions[k]],
+                6 * poses + MOTION * k,
+                MOTION,
+            ),
+        };
+        for i in 0..poses + self.motions.len() {
+            let (row, first, height) = member(i);
+            if row == NONE {
+                continue;
+            }
+            let entry = |r: usize| dot(column(first + r), &scratch.residual);
+            let g = SVector::from_fn(|r, _| if r < height { entry(r) } else { 0.0 });
+            gradient(row, &g);
             for j in 0..=i {
-                block(
-                    i,
-                    j,
-                    &Matrix6::from_fn(|r, c| dot(column(6 * i + r), column(6 * j + c))),
-                );
+                let (other, start, width) = member(j);
+                let entry = |r: usize, c: usize| dot(column(first + r), column(start + c));
+                let inside = |r: usize, c: usize| r < height && c < width;
+                if other != NONE {
+                    let normal = |r, c| if inside(r, c) { entry(r, c) } else { 0.0 };
+                    block(row, other, &Block::from_fn(normal));
+                }
             }
         }
-        0.5 * dot(&scratch.residual, &scratch.residual)
     }
 }

@@ -304,6 +304,15 @@ impl BundleProblem {
         Ok(())
     }
 
+    /// Another camera of the same model: a new start of its free parameters.
+    ///
+    /// # Errors
+    /// Where there is no such camera, or its model is another.
+    pub fn set_camera(&mut self, camera: usize, start: &Camera) -> Result<()> {
+        index("camera", camera, self.intrinsics.len())?;
+        self.intrinsics[camera].restart(start)
+    }
+
     /// Move a point: a new start.
     ///
     /// # Errors

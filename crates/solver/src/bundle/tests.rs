@@ -4,5 +4,6 @@ mod bad_input;
 mod derivatives;
 mod duals;
 mod inertial;
+mod marginal;
 mod problems;
 mod uncertainty;

@@ -33,13 +33,16 @@ pub struct SceneSettings {
     pub pixel_sigma: f64,
     /// Noise of the points measured in the camera frame, metres; none are measured where absent.
     pub depth_sigma_m: Option<f64>,
-    /// Share of the pixels that are wrong.
+    /// Share of the pixels that are wrong, but for those that would leave a point less than three right
+    /// ones.
     pub outliers: f64,
     /// Half the side of the square around the right pixel that a wrong one is anywhere in: the
     /// window in which a match is sought.
     pub outlier_window_px: f64,
     /// Angle between the outermost rays to a point, at least, radians: without parallax a point is
-    /// as well at infinity, and solvers walk there as long as they are let.
+    /// as well at infinity, and solvers walk there as long as they are let. With outliers at least
+    /// the angle by which a pixel can be wrong: rays that a wrong pixel turns further than the others
+    /// converge meet behind the cameras.
     pub parallax_rad: f64,
     /// Start noise of the poses, radians and metres.
     pub start_sigma: f64,
@@ -89,8 +92,13 @@ const STEP: f64 = 0.5;
 /// Poses that see each point, at least, where there are as many: a wrong pixel of a point that two
 /// see cannot be told from the right one.
 const LEAST_VIEWS: usize = 3;
+/// Right pixels that are left of each point, at least, where it is seen so often (and one wrong one
+/// at most where it is not): where the wrong ones are more, the cost has many minima far from the
+/// truth, even behind cameras, and which one is found says nothing of a solver.
+const LEAST_RIGHT: usize = 3;
 /// Points tried for each one found.
 const MAX_FAILURES: usize = 1000;
+const FOCAL: f64 = 380.0;
 const WIDTH: usize = 640;
 const HEIGHT: usize = 480;
 /// Points nearer than this are not measured, metres.
@@ -210,7 +218,7 @@ pub fn scene(settings: &SceneSettings) -> Result<Scene> {
         return Err(Error::value("poses, track", "2 or more", found));
     }
     let mut random = Random::new(settings.seed);
-    let camera = Camera::pinhole(380.0, 380.0, 319.5, 239.5, WIDTH, HEIGHT)?;
+    let camera = Camera::pinhole(FOCAL, FOCAL, 319.5, 239.5, WIDTH, HEIGHT)?;
     let true_poses = truth(settings, &mut random);
     let mut problem = BundleProblem::new();
     problem.add_camera(camera.clone());
@@ -225,6 +233,11 @@ pub fn scene(settings: &SceneSettings) -> Result<Scene> {
     }
     problem.fix_pose(0)?;
     problem.fix_pose(1)?;
+    let least_parallax = settings.parallax_rad.max(if settings.outliers > 0.0 {
+        settings.outlier_window_px * std::f64::consts::SQRT_2 / FOCAL
+    } else {
+        0.0
+    });
     let mut true_points = Vec::with_capacity(settings.points);
     let mut failures = 0;
     while true_points.len() < settings.points {
@@ -236,15 +249,17 @@ pub fn scene(settings: &SceneSettings) -> Result<Scene> {
             return Err(Error::value("poses", expected, settings.poses));
         }
         let least = LEAST_VIEWS.min(settings.track).min(settings.poses);
-        if views.len() < least || parallax(&true_poses, &views, &at) < settings.parallax_rad {
+        if views.len() < least || parallax(&true_poses, &views, &at) < least_parallax {
             continue;
         }
         let index = problem.add_point(at + random.normal::<3>(settings.point_sigma_m))?;
+        let mut wrong = views.len().saturating_sub(LEAST_RIGHT).max(1);
         for view in views {
+            let seen = (view, index, &mut wrong);
             observe(
                 &mut problem,
                 settings,
-                (view, index),
+                seen,
                 &true_poses[view],
                 &at,
                 &mut random,
@@ -262,7 +277,7 @@ pub fn scene(settings: &SceneSettings) -> Result<Scene> {
 fn observe(
     problem: &mut BundleProblem,
     settings: &SceneSettings,
-    (view, index): (usize, usize),
+    (view, index, wrong_left): (usize, usize, &mut usize),
     pose: &Pose,
     at: &Vector3<f64>,
     random: &mut Random,
@@ -270,7 +285,8 @@ fn observe(
     let Some((pixel, x)) = problem.camera(0).and_then(|camera| sees(camera, pose, at)) else {
         return Ok(());
     };
-    let wrong = random.uniform() < settings.outliers;
+    let wrong = random.uniform() < settings.outliers && *wrong_left > 0;
+    *wrong_left -= usize::from(wrong);
     let noisy = pixel + random.normal::<2>(settings.pixel_sigma);
     let window = settings.outlier_window_px;
     let off = Vector2::new(

@@ -1,7 +1,7 @@
 //! Jacobians of edges and priors against dual numbers, for poses and similarities.
 
+use super::optimiser::GraphOptimiser;
 use super::prior::Prior;
-use super::solve::GraphSystem;
 use super::tests::sample;
 use super::*;
 use crate::Damping;
@@ -99,10 +99,10 @@ fn cost<G: Group<D> + AsMatrix, const D: usize>(
 }
 
 fn check<G: Group<D> + AsMatrix, const D: usize>(scale_of: impl Fn(&G) -> f64) {
-    let mut graph = sample::<G, D>();
+    let graph = sample::<G, D>();
     let again = graph.clone();
     let scales: Vec<f64> = again.nodes().iter().map(scale_of).collect();
-    let mut system = GraphSystem::new(&mut graph, &[], LoopSwitch::Off);
+    let mut system = GraphOptimiser::new(graph);
     let value = system.cost().unwrap();
     system.linearise(Damping::Identity, 0.0);
     let analytic = system.gradient().to_vec();

@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod duals;
 mod group;
+mod optimiser;
 mod prior;
 mod problem;
 mod robust;
@@ -12,7 +13,7 @@ mod solve;
 mod tests;
 
 pub use group::Group;
+pub use optimiser::{GraphOptimiser, GraphSummary};
 pub use problem::{EdgeKind, GraphIssue, PoseGraph};
 pub use robust::{LoopSwitch, RobustSummary};
 pub use similarity::Similarity;
-pub use solve::GraphSummary;

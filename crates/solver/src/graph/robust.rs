@@ -1,8 +1,8 @@
 //! Loop edges that may be wrong as a whole: switched off during the minimisation.
 
 use super::group::Group;
+use super::optimiser::GraphOptimiser;
 use super::problem::EdgeKind;
-use super::solve::GraphSystem;
 use crate::minimise::minimise;
 use crate::options::Options;
 use crate::summary::{StopReason, Summary};
@@ -84,15 +84,14 @@ fn weight(s: f64, threshold: f64, mu: f64) -> f64 {
     }
 }
 
-impl<G: Group<D>, const D: usize> GraphSystem<'_, G, D> {
+impl<G: Group<D>, const D: usize> GraphOptimiser<G, D> {
     /// The edges that count less than half at the present state.
     pub(super) fn judge(&mut self) -> RobustSummary {
-        self.squares(false);
-        let squares = self.squares(false).to_vec();
-        let rejected = (0..squares.len())
+        self.square(false);
+        let rejected = (0..self.squares.len())
             .filter(|&k| {
-                let by_loss = self.switch.evaluate(self.graph.edges[k].kind, squares[k]).1;
-                self.weights[k] * by_loss < 0.5
+                let kind = self.graph.edges[k].kind;
+                self.weights[k] * self.switch.evaluate(kind, self.squares[k]).1 < 0.5
             })
             .collect();
         RobustSummary {
@@ -102,39 +101,32 @@ impl<G: Group<D>, const D: usize> GraphSystem<'_, G, D> {
     }
 
     /// Weights of the loop edges at `mu`; true where all are 0 or 1.
-    fn reweight(&mut self, threshold: f64, mu: f64, laid_out: &mut Vec<bool>) -> bool {
-        let squares = self.squares(false).to_vec();
+    fn reweight(&mut self, threshold: f64, mu: f64) -> bool {
+        self.square(false);
         let mut decided = true;
         for (k, edge) in self.graph.edges.iter().enumerate() {
             if edge.kind == EdgeKind::Loop {
-                self.weights[k] = weight(squares[k], threshold, mu);
+                self.weights[k] = weight(self.squares[k], threshold, mu);
                 decided &= self.weights[k] == 0.0 || self.weights[k] == 1.0;
             }
         }
-        // wrong loops tie what is far apart, and cost most of the work until they are left out
-        let count = |kept: &[bool]| kept.iter().filter(|kept| **kept).count();
-        let kept: Vec<bool> = self.weights.iter().map(|weight| *weight > 0.0).collect();
-        let missing = kept.iter().zip(&*laid_out).any(|(now, then)| *now && !then);
-        if missing || 100 * count(&kept) < 99 * count(laid_out) {
-            self.restructure();
-            *laid_out = kept;
-        }
+        self.lay_out();
         decided
     }
 
     fn worst_loop(&mut self) -> f64 {
-        let squares = self.squares(false).to_vec();
-        let loops = self.graph.edges.iter().zip(squares);
+        self.square(false);
+        let loops = self.graph.edges.iter().zip(&self.squares);
         loops
             .filter(|(edge, _)| edge.kind == EdgeKind::Loop)
-            .fold(0.0, |worst, (_, square)| worst.max(square))
+            .fold(0.0, |worst, (_, &square)| worst.max(square))
     }
 }
 
 /// Minimise with all edges, then again and again with the doubted ones counting less, until every loop
 /// edge is right or wrong; the last pass is a full minimisation. The time budget is of all of them.
 pub(super) fn graduate<G: Group<D>, const D: usize>(
-    system: &mut GraphSystem<'_, G, D>,
+    system: &mut GraphOptimiser<G, D>,
     threshold: f64,
     options: &Options,
 ) -> Result<(Summary, RobustSummary)> {
@@ -154,11 +146,10 @@ pub(super) fn graduate<G: Group<D>, const D: usize>(
     let worst = system.worst_loop();
     let mut mu = threshold / (2.0 * worst - threshold).max(f64::MIN_POSITIVE);
     let mut passes = 1;
-    let mut laid_out = vec![true; system.weights.len()];
     let ended = |stop: StopReason| matches!(stop, StopReason::Interrupted | StopReason::TimeBudget);
     let mut stop = first.stop;
     while worst > threshold && passes < MAX_PASSES && !ended(stop) {
-        let decided = system.reweight(threshold, mu, &mut laid_out);
+        let decided = system.reweight(threshold, mu);
         if decided && passes > 1 {
             break;
         }

@@ -1,33 +1,19 @@
 //! The graph's normal equations, and their solution.
 
 use super::group::Group;
-use super::problem::{Edge, GraphIssue, PoseGraph};
-use super::robust::{LoopSwitch, RobustSummary, graduate};
-use crate::Result;
-use crate::linear::{BlockPattern, BlockSolver, LinearSolver};
-use crate::minimise::{Step, System, damping_term, minimise};
-use crate::options::{Damping, Options};
-use crate::summary::Summary;
+use super::optimiser::GraphOptimiser;
+use crate::linear::BlockPattern;
+use crate::minimise::{Step, System, damping_term};
+use crate::options::Damping;
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 /// Edges that are linearised as one piece of work.
 const PIECE: usize = 256;
 
-/// What an adjustment of a graph did, and what is wrong with the graph.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GraphSummary {
-    /// Costs, iterations, and why they ended; of the last pass where there were several.
-    pub summary: Summary,
-    /// What the measurements do not determine.
-    pub issues: Vec<GraphIssue>,
-    /// What the robust switch did.
-    pub robust: RobustSummary,
-}
-
 /// One edge's part of the normal equations.
 #[derive(Clone, Copy)]
-struct Part<const D: usize> {
+pub(super) struct Part<const D: usize> {
     from: SMatrix<f64, D, D>,
     to: SMatrix<f64, D, D>,
     /// Row `to`, column `from`.
@@ -36,106 +22,26 @@ struct Part<const D: usize> {
     to_gradient: SVector<f64, D>,
 }
 
-pub(super) struct GraphSystem<'a, G, const D: usize> {
-    pub graph: &'a mut PoseGraph<G, D>,
-    candidate: Vec<G>,
-    /// Weights of the edges by the robust switch.
-    pub weights: Vec<f64>,
-    pub switch: LoopSwitch,
-    block: Vec<Option<usize>>,
-    offsets: Vec<Option<(usize, bool)>>,
-    pattern: BlockPattern,
-    solver: BlockSolver,
-    parts: Vec<Part<D>>,
-    squares: Vec<f64>,
-    values: Vec<f64>,
-    damped: Vec<f64>,
-    gradient: Vec<f64>,
-    step: Vec<f64>,
-}
-
-impl<G: Group<D>, const D: usize> PoseGraph<G, D> {
-    /// Minimise from the present state on, in place.
-    ///
-    /// # Errors
-    /// Where a setting is outside its domain.
-    pub fn solve(&mut self, switch: LoopSwitch, options: &Options) -> Result<GraphSummary> {
-        switch.check()?;
-        let (hold, issues) = self.gauge();
-        let mut system = GraphSystem::new(self, &hold, switch);
-        let (summary, robust) = match switch {
-            LoopSwitch::Graduated { threshold } => graduate(&mut system, threshold, options)?,
-            _ => {
-                let summary = minimise(&mut system, options)?;
-                let robust = system.judge();
-                (summary, robust)
-            }
-        };
-        Ok(GraphSummary {
-            summary,
-            issues,
-            robust,
-        })
-    }
-}
-
-impl<'a, G: Group<D>, const D: usize> GraphSystem<'a, G, D> {
-    pub(super) fn new(graph: &'a mut PoseGraph<G, D>, hold: &[usize], switch: LoopSwitch) -> Self {
-        let mut blocks = 0;
-        let block: Vec<Option<usize>> = (0..graph.nodes.len())
-            .map(|node| {
-                let free = !graph.fixed[node] && !hold.contains(&node);
-                blocks += usize::from(free);
-                free.then(|| blocks - 1)
-            })
-            .collect();
-        let weights = vec![1.0; graph.edges.len()];
-        let pattern = pattern::<G, D>(&graph.edges, &weights, &block, blocks);
-        let offsets = offsets(&graph.edges, &block, &pattern);
-        let (zero, vector) = (SMatrix::zeros(), SVector::zeros());
-        let part = Part {
-            from: zero,
-            to: zero,
-            cross: zero,
-            from_gradient: vector,
-            to_gradient: vector,
-        };
+impl<const D: usize> Part<D> {
+    pub fn zeros() -> Self {
         Self {
-            candidate: graph.nodes.clone(),
-            weights,
-            switch,
-            block,
-            offsets,
-            solver: BlockSolver::new(&pattern, LinearSolver::Auto),
-            parts: vec![part; graph.edges.len()],
-            squares: vec![0.0; graph.edges.len()],
-            values: vec![0.0; pattern.len()],
-            damped: vec![0.0; pattern.len()],
-            gradient: vec![0.0; pattern.dimension()],
-            step: vec![0.0; pattern.dimension()],
-            pattern,
-            graph,
+            from: SMatrix::zeros(),
+            to: SMatrix::zeros(),
+            cross: SMatrix::zeros(),
+            from_gradient: SVector::zeros(),
+            to_gradient: SVector::zeros(),
         }
     }
+}
 
-    /// Lay the normal matrix out again for the edges that have a weight now.
-    pub(super) fn restructure(&mut self) {
-        let edges = &self.graph.edges;
-        let blocks = self.pattern.blocks();
-        self.pattern = pattern::<G, D>(edges, &self.weights, &self.block, blocks);
-        self.offsets = offsets(edges, &self.block, &self.pattern);
-        self.solver = BlockSolver::new(&self.pattern, LinearSolver::Auto);
-        self.values.resize(self.pattern.len(), 0.0);
-        self.damped.resize(self.pattern.len(), 0.0);
-    }
-
+impl<G: Group<D>, const D: usize> GraphOptimiser<G, D> {
     #[cfg(test)]
-    pub fn gradient(&self) -> &[f64] {
+    pub(super) fn gradient(&self) -> &[f64] {
         &self.gradient
     }
 
     /// Squared whitened residuals of the edges, at the state or the candidate.
-    pub fn squares(&mut self, candidate: bool) -> &[f64] {
+    pub fn square(&mut self, candidate: bool) {
         let nodes = if candidate {
             &self.candidate
         } else {
@@ -153,11 +59,10 @@ impl<'a, G: Group<D>, const D: usize> GraphSystem<'a, G, D> {
                 *square = (edge.root * error).norm_squared();
             }
         });
-        &self.squares
     }
 
     fn evaluate(&mut self, candidate: bool) -> f64 {
-        self.squares(candidate);
+        self.square(candidate);
         let mut cost = 0.0;
         for ((edge, weight), square) in self
             .graph
@@ -191,62 +96,83 @@ impl<'a, G: Group<D>, const D: usize> GraphSystem<'a, G, D> {
                 let residual = edge.root * error;
                 let weight = weight * switch.evaluate(edge.kind, residual.norm_squared()).1;
                 // measured^-1 exp(-d) relative = measured^-1 relative exp(-Ad(relative^-1) d)
-                let to = edge.root * G::right_jacobian_inverse(&error);
-                let from = -to * relative.inverse().adjoint();
-                part.from = from.tr_mul(&from) * weight;
-                part.to = to.tr_mul(&to) * weight;
-                part.cross = to.tr_mul(&from) * weight;
-                part.from_gradient = from.tr_mul(&residual) * weight;
-                part.to_gradient = to.tr_mul(&residual) * weight;
+                let by_to = edge.root * G::right_jacobian_inverse(&error);
+                let back = -relative.inverse().adjoint();
+                part.to = (by_to.transpose() * by_to) * weight;
+                part.cross = part.to * back;
+                part.from = back.transpose() * part.cross;
+                part.to_gradient = by_to.tr_mul(&residual) * weight;
+                part.from_gradient = back.tr_mul(&part.to_gradient);
             }
         });
     }
 
-    fn add_diagonal(&mut self, node: usize, matrix: &SMatrix<f64, D, D>, g: &SVector<f64, D>) {
-        if let Some(block) = self.block[node] {
-            let (offset, start) = (self.pattern.diagonal(block), self.pattern.start(block));
-            for (k, entry) in matrix.iter().enumerate() {
-                self.values[offset + k] += entry;
+    /// The sum of the edges' parts, in their order.
+    fn gather(&mut self) {
+        let Self {
+            pattern,
+            block,
+            values,
+            gradient,
+            ..
+        } = self;
+        let mut sum = Sum {
+            pattern,
+            block,
+            values,
+            gradient,
+        };
+        let parts = self.parts.iter().zip(&self.graph.edges).zip(&self.offsets);
+        for ((part, edge), offset) in parts {
+            sum.add_diagonal(edge.from, &part.from, &part.from_gradient);
+            sum.add_diagonal(edge.to, &part.to, &part.to_gradient);
+            match offset {
+                Some((offset, true)) => sum.add_block(*offset, &part.cross.transpose()),
+                Some((offset, false)) => sum.add_block(*offset, &part.cross),
+                None => {}
             }
-            for (k, entry) in g.iter().enumerate() {
-                self.gradient[start + k] += entry;
-            }
+        }
+        for prior in &self.graph.priors {
+            let (residual, jacobian) = prior.evaluate(&self.graph.nodes);
+            let (normal, g) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&residual));
+            sum.add_diagonal(prior.node(), &normal, &g);
         }
     }
 }
 
-/// The blocks that edges with a weight tie.
-fn pattern<G, const D: usize>(
-    edges: &[Edge<G, D>],
-    weights: &[f64],
-    block: &[Option<usize>],
-    blocks: usize,
-) -> BlockPattern {
-    let (mut starts, mut members) = (vec![0], Vec::new());
-    for (edge, _) in edges.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
-        let ends = [block[edge.from], block[edge.to]];
-        members.extend(ends.into_iter().flatten().map(|b| b as u32));
-        starts.push(members.len());
+/// Normal matrix and gradient while they are summed.
+struct Sum<'a> {
+    pattern: &'a BlockPattern,
+    block: &'a [Option<usize>],
+    values: &'a mut [f64],
+    gradient: &'a mut [f64],
+}
+
+impl Sum<'_> {
+    fn add_diagonal<const D: usize>(
+        &mut self,
+        node: usize,
+        matrix: &SMatrix<f64, D, D>,
+        g: &SVector<f64, D>,
+    ) {
+        if let Some(block) = self.block[node] {
+            self.add_block(self.pattern.diagonal(block), matrix);
+            let start = self.pattern.start(block);
+            for (to, entry) in self.gradient[start..start + D].iter_mut().zip(g.iter()) {
+                *to += entry;
+            }
+        }
     }
-    BlockPattern::from_groups(vec![D; blocks], &starts, &members)
+
+    fn add_block<const D: usize>(&mut self, offset: usize, matrix: &SMatrix<f64, D, D>) {
+        let to = &mut self.values[offset..offset + D * D];
+        for (to, entry) in to.iter_mut().zip(matrix.as_slice()) {
+            *to += entry;
+        }
+    }
 }
 
-/// Where the block between the ends of each edge is, and whether it is transposed there; none where
-/// it has no block (an end does not move, or the edge has no weight).
-fn offsets<G, const D: usize>(
-    edges: &[Edge<G, D>],
-    block: &[Option<usize>],
-    pattern: &BlockPattern,
-) -> Vec<Option<(usize, bool)>> {
-    let offset = |edge: &Edge<G, D>| {
-        let (from, to) = (block[edge.from]?, block[edge.to]?);
-        let offset = pattern.offset(from.max(to), from.min(to))?;
-        Some((offset, from > to))
-    };
-    edges.iter().map(offset).collect()
-}
-
-impl<G: Group<D>, const D: usize> System for GraphSystem<'_, G, D> {
+impl<G: Group<D>, const D: usize> System for GraphOptimiser<G, D> {
     fn cost(&mut self) -> Option<f64> {
         Some(self.evaluate(false))
     }
@@ -255,27 +181,7 @@ impl<G: Group<D>, const D: usize> System for GraphSystem<'_, G, D> {
         self.values.fill(0.0);
         self.gradient.fill(0.0);
         self.linearise_edges();
-        for k in 0..self.parts.len() {
-            let part = self.parts[k];
-            let (from, to) = (self.graph.edges[k].from, self.graph.edges[k].to);
-            self.add_diagonal(from, &part.from, &part.from_gradient);
-            self.add_diagonal(to, &part.to, &part.to_gradient);
-            if let Some((offset, transposed)) = self.offsets[k] {
-                for r in 0..D {
-                    for c in 0..D {
-                        let entry = part.cross[(r, c)];
-                        let (row, column) = if transposed { (c, r) } else { (r, c) };
-                        self.values[offset + column * D + row] += entry;
-                    }
-                }
-            }
-        }
-        for k in 0..self.graph.priors.len() {
-            let (residual, jacobian) = self.graph.priors[k].evaluate(&self.graph.nodes);
-            let node = self.graph.priors[k].node();
-            let (normal, g) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&residual));
-            self.add_diagonal(node, &normal, &g);
-        }
+        self.gather();
         self.gradient.iter().fold(0.0, |most, g| most.max(g.abs()))
     }
 

@@ -5,7 +5,6 @@ use crate::generate::{Graph, GraphKind, GraphSettings, graph as generate};
 use crate::minimise::System;
 use crate::{Damping, Options};
 use nalgebra::{Matrix6, SMatrix, SVector, UnitQuaternion, Vector3, Vector6};
-use solve::GraphSystem;
 use sphereflow_core::Pose;
 
 // central differences with a step of 1e-6 of a cost of size 100
@@ -58,8 +57,8 @@ pub(super) fn sample<G: Group<D>, const D: usize>() -> PoseGraph<G, D> {
 }
 
 fn check_gradient<G: Group<D>, const D: usize>(switch: LoopSwitch) {
-    let mut graph = sample::<G, D>();
-    let mut system = GraphSystem::new(&mut graph, &[], switch);
+    let mut system = GraphOptimiser::new(sample::<G, D>());
+    system.switch = switch;
     system.linearise(Damping::Identity, 0.0);
     let analytic = system.gradient().to_vec();
     let scale = analytic.iter().fold(1.0, |most: f64, g| most.max(g.abs()));

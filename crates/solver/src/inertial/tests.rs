@@ -9,7 +9,7 @@ use sphereflow_core::Pose;
 use sphereflow_sphere::lie::so3;
 
 pub(crate) const GRAVITY: Vector3<f64> = Vector3::new(0.0, 9.81, 0.0);
-const SIGMAS: ImuSigmas = ImuSigmas {
+pub(crate) const SIGMAS: ImuSigmas = ImuSigmas {
     gyro: 1e-3,
     accel: 1e-2,
     gyro_walk: 1e-5,

@@ -1,10 +1,14 @@
 //! Symmetric positive definite block systems: their pattern and three ways to solve them.
 
+mod blocks;
 mod dense;
 mod dissection;
+mod fill;
+mod kernel;
 mod pattern;
 mod pcg;
 mod sparse;
+mod supernodes;
 
 pub(crate) use pattern::BlockPattern;
 

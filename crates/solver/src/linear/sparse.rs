@@ -1,121 +1,79 @@
-//! Sparse Cholesky factorisation, ordered by blocks.
+//! Sparse Cholesky factorisation: the order of elimination, and by blocks or by panels.
 
 use super::BlockPattern;
+use super::blocks::BlockCholesky;
 use super::dissection::{self, Neighbours};
+use super::fill::Fill;
+use super::supernodes::SupernodalCholesky;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::perm::PermRef;
+use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
-use faer::sparse::linalg::cholesky::{
-    LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side};
 
-/// Factors of more numbers than this are made in parts, always of the same number, so that the
-/// result does not depend on the number of threads.
-const PARALLEL: usize = 400_000;
-const PARTS: usize = 4;
 /// From this many blocks on it is worth looking for separators; below, minimum degree is as good.
 const DISSECTED: usize = 1500;
+/// Products for each number of the factor (a mean over the columns of the rows that each has) from
+/// which dense panels are faster than blocks: 54 in a graph of few loops, where blocks take half the
+/// time, 115 in a grid of 900 poses, where both take as long.
+const PANELS: f64 = 110.0;
+
+enum Method {
+    Blocks(BlockCholesky),
+    Panels(SupernodalCholesky),
+}
 
 pub(super) struct SparseCholesky {
-    structure: SymbolicSparseColMat<usize>,
-    /// For each number of the compressed columns, its place in the blocks.
-    source: Vec<usize>,
-    values: Vec<f64>,
-    symbolic: SymbolicCholesky<usize>,
-    factor: Vec<f64>,
-    memory: MemBuffer,
-    par: Par,
+    method: Method,
 }
 
 impl SparseCholesky {
     /// `None` where the ordering or the symbolic factorisation fails (too large for the memory).
     pub fn new(pattern: &BlockPattern) -> Option<Self> {
-        let (structure, source) = columns(pattern);
-        let degree = minimum_degree(pattern)?;
-        let mut symbolic = symbolic(pattern, &structure, &degree)?;
+        let mut order = minimum_degree(pattern)?;
+        let mut fill = Fill::new(pattern, &order);
         if pattern.blocks() >= DISSECTED {
-            let dissected = dissection::order(&Neighbours::new(pattern), &degree);
-            let other = self::symbolic(pattern, &structure, &dissected)?;
-            if other.len_val() < symbolic.len_val() {
-                symbolic = other;
+            let dissected = dissection::order(&Neighbours::new(pattern), &order);
+            let other = Fill::new(pattern, &dissected);
+            let better = match (&fill, &other) {
+                (Some(first), Some(other)) => other.len < first.len,
+                (None, _) => true,
+                _ => false,
+            };
+            if better {
+                (order, fill) = (dissected, other);
             }
         }
-        let par = if symbolic.len_val() > PARALLEL {
-            Par::rayon(PARTS)
-        } else {
-            Par::Seq
+        let method = match fill {
+            Some(fill) if fill.products < PANELS * fill.len as f64 => {
+                Method::Blocks(BlockCholesky::new(pattern, fill))
+            }
+            _ => Method::Panels(SupernodalCholesky::new(pattern, &order)?),
         };
-        let need = symbolic
-            .factorize_numeric_llt_scratch::<f64>(par, Default::default())
-            .or(symbolic.solve_in_place_scratch::<f64>(1, par));
-        Some(Self {
-            values: vec![0.0; source.len()],
-            factor: vec![0.0; symbolic.len_val()],
-            memory: MemBuffer::new(need),
-            structure,
-            source,
-            symbolic,
-            par,
-        })
+        Some(Self { method })
     }
 
     /// Numbers in the factor.
     pub fn factor_len(&self) -> usize {
-        self.factor.len()
-    }
-
-    pub fn factor(&mut self, values: &[f64]) -> bool {
-        for (value, &source) in self.values.iter_mut().zip(&self.source) {
-            *value = values[source];
+        match &self.method {
+            Method::Blocks(solver) => solver.factor_len(),
+            Method::Panels(solver) => solver.factor_len(),
         }
-        self.symbolic
-            .factorize_numeric_llt(
-                &mut self.factor,
-                SparseColMatRef::new(self.structure.as_ref(), &self.values),
-                Side::Lower,
-                Default::default(),
-                self.par,
-                MemStack::new(&mut self.memory),
-                Default::default(),
-            )
-            .is_ok()
     }
 
+    /// False where the matrix is not positive definite.
+    pub fn factor(&mut self, values: &[f64]) -> bool {
+        match &mut self.method {
+            Method::Blocks(solver) => solver.factor(values),
+            Method::Panels(solver) => solver.factor(values),
+        }
+    }
+
+    /// In place, with the matrix last factored.
     pub fn solve(&mut self, x: &mut [f64]) {
-        let n = x.len();
-        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(x, n, 1),
-            Par::Seq,
-            MemStack::new(&mut self.memory),
-        );
+        match &mut self.method {
+            Method::Blocks(solver) => solver.solve(x),
+            Method::Panels(solver) => solver.solve(x),
+        }
     }
-}
-
-/// Symbolic factorisation with the blocks eliminated in this order.
-fn symbolic(
-    pattern: &BlockPattern,
-    structure: &SymbolicSparseColMat<usize>,
-    order: &[usize],
-) -> Option<SymbolicCholesky<usize>> {
-    let mut forward = Vec::with_capacity(pattern.dimension());
-    for &block in order {
-        forward.extend(pattern.start(block)..pattern.start(block) + pattern.size(block));
-    }
-    let mut inverse = vec![0; forward.len()];
-    for (to, &from) in forward.iter().enumerate() {
-        inverse[from] = to;
-    }
-    let order = PermRef::new_checked(&forward, &inverse, pattern.dimension());
-    factorize_symbolic_cholesky(
-        structure.as_ref(),
-        Side::Lower,
-        SymmetricOrdering::Custom(order),
-        Default::default(),
-    )
-    .ok()
 }
 
 /// The blocks by approximate minimum degree.
@@ -137,27 +95,4 @@ fn minimum_degree(pattern: &BlockPattern) -> Option<Vec<usize>> {
     )
     .ok()?;
     Some(order)
-}
-
-/// The lower triangle in compressed columns, and where each of its numbers is in the blocks.
-fn columns(pattern: &BlockPattern) -> (SymbolicSparseColMat<usize>, Vec<usize>) {
-    let (mut starts, mut rows, mut source) = (vec![0], Vec::new(), Vec::new());
-    for column in 0..pattern.blocks() {
-        for c in 0..pattern.size(column) {
-            for (row, offset) in pattern.column(column) {
-                let height = pattern.size(row);
-                let first = if row == column { c } else { 0 };
-                for r in first..height {
-                    rows.push(pattern.start(row) + r);
-                    source.push(offset + c * height + r);
-                }
-            }
-            starts.push(rows.len());
-        }
-    }
-    let n = pattern.dimension();
-    (
-        SymbolicSparseColMat::new_checked(n, n, starts, None, rows),
-        source,
-    )
 }

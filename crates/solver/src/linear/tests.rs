@@ -1,5 +1,8 @@
 //! The three methods against a dense solution of a random block matrix.
 
+use super::blocks::BlockCholesky;
+use super::fill::Fill;
+use super::supernodes::SupernodalCholesky;
 use super::*;
 use nalgebra::{DMatrix, DVector};
 
@@ -62,6 +65,23 @@ fn solution_of_every_method_equals_dense_solution() {
 }
 
 #[test]
+fn factors_by_blocks_and_by_panels_solve_the_same() {
+    let (pattern, values, dense) = sample();
+    let b = DVector::from_fn(pattern.dimension(), |i, _| (i as f64 * 0.7).sin());
+    let expected = dense.cholesky().unwrap().solve(&b);
+    // any order will do; this one fills more than that of the solver
+    let order: Vec<usize> = (0..pattern.blocks()).map(|k| (7 * k) % 40).collect();
+    let fill = Fill::new(&pattern, &order).unwrap();
+    let mut by_blocks = BlockCholesky::new(&pattern, fill);
+    let mut by_panels = SupernodalCholesky::new(&pattern, &order).unwrap();
+    assert!(by_blocks.factor(&values) && by_panels.factor(&values));
+    let (mut x, mut y) = (b.clone(), b);
+    by_blocks.solve(x.as_mut_slice());
+    by_panels.solve(y.as_mut_slice());
+    assert!((x - &expected).norm() < DIRECT && (y - expected).norm() < DIRECT);
+}
+
+#[test]
 fn matrix_that_is_not_positive_is_refused() {
     let (pattern, mut values, _) = sample();
     values[pattern.diagonal(5)] = -1.0;
@@ -75,6 +95,9 @@ fn matrix_that_is_not_positive_is_refused() {
             "{kind:?}"
         );
     }
+    let order: Vec<usize> = (0..pattern.blocks()).collect();
+    let mut by_panels = SupernodalCholesky::new(&pattern, &order).unwrap();
+    assert!(!by_panels.factor(&values));
 }
 
 #[test]

@@ -106,23 +106,30 @@ impl Camera {
         let own = own_names(model)?;
         if model == "equirectangular" {
             ordered(model, own, params)?;
+            return Self::from_values(model, &[], width, height);
+        }
+        let names: Vec<&str> = FOCAL.iter().chain(own).copied().collect();
+        Self::from_values(model, &ordered(model, &names, params)?, width, height)
+    }
+
+    /// From the values of all parameters of a model that there is, in the order of their names.
+    fn from_values(model: &str, values: &[f64], width: usize, height: usize) -> Result<Self> {
+        if model == "equirectangular" {
             let sphere = Equirectangular::new(width, height)?;
             return Self::new(Model::Equirectangular(sphere), width, height);
         }
-        let names: Vec<&str> = FOCAL.iter().chain(own).copied().collect();
-        let values = ordered(model, &names, params)?;
-        let [fx, fy, cx, cy] = part(&values, 0);
+        let [fx, fy, cx, cy] = part(values, 0);
         let focal = Focal::new(fx, fy, cx, cy)?;
         let model = match model {
             "pinhole" => Model::Pinhole(Pinhole::new(fx, fy, cx, cy, values[4])?),
-            "opencv" => Model::Opencv(Lens::new(focal, Opencv::new(part(&values, 4))?)),
+            "opencv" => Model::Opencv(Lens::new(focal, Opencv::new(part(values, 4))?)),
             "inverse_polynomial" => {
-                let bend = InversePolynomial::new(part(&values, 4), part(&values, 8))?;
+                let bend = InversePolynomial::new(part(values, 4), part(values, 8))?;
                 Model::InversePolynomial(Lens::new(focal, bend))
             }
-            "fov" => Model::Fov(Lens::new(focal, Fov::new(values[4], part(&values, 5))?)),
+            "fov" => Model::Fov(Lens::new(focal, Fov::new(values[4], part(values, 5))?)),
             "kannala_brandt" => {
-                Model::KannalaBrandt(Lens::new(focal, KannalaBrandt::new(part(&values, 4))?))
+                Model::KannalaBrandt(Lens::new(focal, KannalaBrandt::new(part(values, 4))?))
             }
             "unified" => Model::Unified(Lens::new(focal, Unified::new(values[4])?)),
             _ => {
@@ -131,6 +138,23 @@ impl Camera {
             }
         };
         Self::new(model, width, height)
+    }
+
+    /// The same model with other values of its parameters, in the order of
+    /// [`Camera::named_parameters`]. It asks for no memory, unlike [`Camera::from_named`].
+    ///
+    /// # Errors
+    /// [`Error::Value`] where their number is wrong, or one is outside its domain.
+    pub fn with_parameters(&self, values: &[f64]) -> Result<Self> {
+        let own = own_names(self.model_name())?;
+        let expected = match own {
+            [] => 0,
+            own => FOCAL.len() + own.len(),
+        };
+        if values.len() != expected {
+            return Err(Error::value("parameters", expected, values.len()));
+        }
+        Self::from_values(self.model_name(), values, self.width(), self.height())
     }
 
     /// The name of the model, as [`Camera::from_named`] reads it.

@@ -18,42 +18,75 @@ pub(crate) fn polynomial(coefficients: &[f64], x: f64) -> f64 {
 /// Kept away from a root, relatively, so that rounding does not change the sign before it.
 const MARGIN: f64 = 1e-12;
 
+/// Coefficients of a polynomial, at most.
+const COEFFICIENTS: usize = 16;
+
 /// Almost the largest `x` up to which the polynomial, positive at 0, stays positive; at most
-/// `bound`.
+/// `bound`. Up to 16 coefficients.
 pub(crate) fn positive_until(coefficients: &[f64], bound: f64) -> f64 {
-    match sign_changes(coefficients, bound).first() {
+    if coefficients
+        .iter()
+        .skip(1)
+        .step_by(2)
+        .all(|odd| *odd == 0.0)
+        && coefficients.len() > 2
+    {
+        // in the square of x half the degree is left
+        let mut even = [0.0; COEFFICIENTS];
+        let count = coefficients.len().div_ceil(2);
+        for (to, from) in even.iter_mut().zip(coefficients.iter().step_by(2)) {
+            *to = *from;
+        }
+        return positive_until(&even[..count], bound * bound).sqrt();
+    }
+    let (changes, count) = sign_changes(coefficients, bound);
+    match changes[..count].first() {
         Some(root) => root * (1.0 - MARGIN),
         None => bound,
     }
 }
 
-/// Where the polynomial changes sign in (0, `bound`), ascending. Between two neighbouring sign
-/// changes of its derivative a polynomial is monotone, so that bisection finds every one.
-fn sign_changes(coefficients: &[f64], bound: f64) -> Vec<f64> {
+/// Where the polynomial changes sign in (0, `bound`), ascending, and how often. Between two
+/// neighbouring sign changes of its derivative a polynomial is monotone, so that bisection finds
+/// every one.
+fn sign_changes(coefficients: &[f64], bound: f64) -> ([f64; COEFFICIENTS], usize) {
+    let (mut changes, mut count) = ([0.0; COEFFICIENTS], 0);
     let degree = coefficients.iter().rposition(|c| *c != 0.0).unwrap_or(0);
-    if degree == 0 {
-        return Vec::new();
+    let same = |sign: f64| coefficients.iter().all(|c| *c * sign >= 0.0);
+    if degree == 0 || same(1.0) || same(-1.0) {
+        // coefficients of one sign have no positive root (Descartes)
+        return (changes, count);
     }
-    let derivative: Vec<f64> = (1..=degree).map(|i| i as f64 * coefficients[i]).collect();
-    let mut ends = sign_changes(&derivative, bound);
-    ends.push(bound);
-    let mut changes = Vec::new();
+    let mut derivative = [0.0; COEFFICIENTS];
+    for (i, entry) in (1..=degree).zip(&mut derivative) {
+        *entry = i as f64 * coefficients[i];
+    }
+    let (ends, between) = sign_changes(&derivative[..degree], bound);
+    let coefficients = &coefficients[..=degree];
     let mut low = 0.0;
-    for high in ends {
+    for high in ends[..between].iter().copied().chain([bound]) {
         let rising = polynomial(coefficients, low) < polynomial(coefficients, high);
         let below = |x: f64| (polynomial(coefficients, x) < 0.0) == rising;
         if below(low) && !below(high) {
-            changes.push(bisect(below, low, high));
+            changes[count] = bisect(below, low, high);
+            count += 1;
         }
         low = high;
     }
-    changes
+    (changes, count)
 }
 
 /// The largest number found between `low` and `high` for which `below` still holds.
 fn bisect(below: impl Fn(f64) -> bool, mut low: f64, mut high: f64) -> f64 {
     loop {
-        let middle = 0.5 * (low + high);
+        // by sizes first: the ends may be decades apart
+        let middle = if low == 0.0 {
+            1e-3 * high
+        } else if high > 4.0 * low {
+            low.sqrt() * high.sqrt()
+        } else {
+            0.5 * (low + high)
+        };
         if middle <= low || middle >= high {
             return low;
         }

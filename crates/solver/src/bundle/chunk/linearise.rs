@@ -2,7 +2,7 @@
 
 use super::{Chunk, Link, NONE, Scene};
 use crate::bundle::layout::Direct;
-use crate::bundle::measurement::Normal;
+use crate::bundle::measurement::{Curvature, Normal};
 use crate::bundle::state::ViewPose;
 use crate::linear::BlockPattern;
 use nalgebra::{Matrix3, Vector3};
@@ -32,7 +32,8 @@ impl Chunk {
             let intrinsics = &scene.intrinsics[link.camera as usize];
             normal.clear(intrinsics.free());
             while k < link.observations as usize {
-                self.observations[k].add(intrinsics, &x, scene.losses, normal);
+                let above = Curvature::Above;
+                self.observations[k].add(intrinsics, &x, scene.losses, above, normal);
                 k += 1;
             }
             // Thesis: section 9.3.2: the derivative by the point is the pose's rotation

@@ -151,7 +151,7 @@ fn bad_inertial_arguments_are_errors_by_name() {
             "gyro_sigma",
             problem.add_bias_prior(0, bias(), (0.0, 1.0)).err(),
         ),
-        ("poses", problem.marginalise(&[0]).err()),
+        ("poses", problem.marginalise(&[99]).err()),
         (
             "velocity",
             BundleProblem::clone(&window(false))

@@ -12,6 +12,9 @@ fn named_parameters_of_every_model_make_the_same_camera() {
         let params = camera.named_parameters();
         let again = Camera::from_named(camera.model_name(), &params, WIDTH, HEIGHT).unwrap();
         assert_eq!(again, camera, "{name}");
+        let values: Vec<f64> = params.iter().map(|(_, value)| *value).collect();
+        assert_eq!(camera.with_parameters(&values).unwrap(), camera, "{name}");
+        assert!(camera.with_parameters(&[1.0]).is_err());
         // binned: other numbers, still the same camera
         let half = camera.binned(2).unwrap();
         let again = Camera::from_named(
