@@ -43,7 +43,7 @@ impl Bicubic {
     pub fn read(&mut self, image: &Plane<f32>, y: usize, first: usize, flow: [&[f32]; 2]) {
         let count = flow[0].len().min(TOGETHER);
         self.places(image.size(), y, first, flow, count);
-        self.columns(image, count);
+        self.columns(image);
         for i in 0..count {
             let (w, d) = catmull_rom(self.across[i]);
             let (m, t) = (&self.mixed, &self.tilted);
@@ -81,11 +81,13 @@ impl Bicubic {
         }
     }
 
+    /// Of all places: what is left of those beyond `count` is read in vain.
     #[inline(always)]
-    fn columns(&mut self, image: &Plane<f32>, count: usize) {
+    fn columns(&mut self, image: &Plane<f32>) {
         let (data, width) = (image.data(), image.width());
         let mut columns = [[[0.0_f32; 4]; TOGETHER]; 2];
-        for i in 0..count {
+        let [mixes, tilts] = &mut columns;
+        for (i, (mixes, tilts)) in mixes.iter_mut().zip(tilts).enumerate() {
             let (mut mixed, mut tilted) = ([0.0_f32; 4], [0.0_f32; 4]);
             for j in 0..4 {
                 let start = self.corner[i] as usize + j * width;
@@ -96,7 +98,7 @@ impl Bicubic {
                     tilted[k] += d * row[k];
                 }
             }
-            (columns[0][i], columns[1][i]) = (mixed, tilted);
+            (*mixes, *tilts) = (mixed, tilted);
         }
         for (columns, out) in columns.iter().zip([&mut self.mixed, &mut self.tilted]) {
             let [a, b, c, d] = out;
