@@ -990,10 +990,13 @@ def tv_l1(
     image0: ArrayLike,
     image1: ArrayLike,
     *,
-    weight: float = 0.1,
+    weight: float = 0.25,
+    split: float = 0.2,
     warps: int = 5,
-    iterations: int = 30,
+    iterations: int = 20,
     levels: int = 5,
+    presmooth_px: float = 0.5,
+    median_radius: int = 1,
     start: ArrayLike | None = None,
 ) -> NDArray[np.float32]: ...
 def rof_denoise(

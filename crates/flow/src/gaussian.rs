@@ -56,16 +56,37 @@ impl Gaussian {
             out.data_mut().copy_from_slice(image.data());
             return;
         }
+        pulp::Arch::new().dispatch(Smooth {
+            half: &self.half,
+            image,
+            out,
+        });
+    }
+}
+
+/// Rows of an image smoothed, compiled for wide vectors.
+struct Smooth<'a> {
+    half: &'a [f32],
+    image: &'a Plane<f32>,
+    out: &'a mut Plane<f32>,
+}
+
+impl pulp::WithSimd for Smooth<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { half, image, out } = self;
         let (width, height) = image.size();
-        let radius = self.radius();
+        let radius = half.len() - 1;
         let mut padded = vec![0.0_f32; width + 2 * radius];
-        for y in 0..height {
+        for (y, out) in out.data_mut().chunks_exact_mut(width).enumerate() {
             // Down the columns first: whole rows are added, which vectorises.
             let line = &mut padded[radius..radius + width];
             for (to, from) in line.iter_mut().zip(image.row(y)) {
-                *to = self.half[0] * from;
+                *to = half[0] * from;
             }
-            for (i, weight) in self.half.iter().enumerate().skip(1) {
+            for (i, weight) in half.iter().enumerate().skip(1) {
                 let (above, below) = (y.saturating_sub(i), (y + i).min(height - 1));
                 let rows = image.row(above).iter().zip(image.row(below));
                 for (to, (a, b)) in line.iter_mut().zip(rows) {
@@ -75,11 +96,10 @@ impl Gaussian {
             let (first, last) = (padded[radius], padded[radius + width - 1]);
             padded[..radius].fill(first);
             padded[radius + width..].fill(last);
-            let out = &mut out.data_mut()[y * width..(y + 1) * width];
             for (to, from) in out.iter_mut().zip(&padded[radius..]) {
-                *to = self.half[0] * from;
+                *to = half[0] * from;
             }
-            for (i, weight) in self.half.iter().enumerate().skip(1) {
+            for (i, weight) in half.iter().enumerate().skip(1) {
                 let sides = padded[radius - i..].iter().zip(&padded[radius + i..]);
                 for (to, (a, b)) in out.iter_mut().zip(sides) {
                     *to += weight * (a + b);

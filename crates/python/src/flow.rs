@@ -124,9 +124,16 @@ pub fn py_horn_schunck<'py>(
 ///     Brightness from 1 to 256 (another scale wants another `weight`).
 /// weight : float
 ///     Weight of the data, per grey level: the thesis's alpha squared.
+/// split : float
+///     How far the flow that fits the data may lie from the smooth one, 1/(2 beta squared) of the thesis: noise
+///     is not fitted. 0 for an absolute data term.
 /// warps, iterations, levels : int
 ///     Linearisations per level, iterations per linearisation, pyramid levels. A video whose flow
 ///     starts from the one before does with 3, 20 and 1.
+/// presmooth_px : float
+///     Standard deviation of the Gaussian that smooths both images first; 1 and more for noisy ones.
+/// median_radius : int
+///     Radius of the median filter of the flow after each linearisation: 0 for none, 1 or 2.
 /// start : array_like, (H, W, 2), optional
 ///     Flow to start from, pixels.
 ///
@@ -140,16 +147,19 @@ pub fn py_horn_schunck<'py>(
 /// ShapeError, DtypeError, ValueRangeError
 ///     Naming the argument.
 #[pyfunction]
-#[pyo3(name = "tv_l1", signature = (image0, image1, *, weight = 0.1, warps = 5, iterations = 30, levels = 5, start = None))]
+#[pyo3(name = "tv_l1", signature = (image0, image1, *, weight = 0.25, split = 0.2, warps = 5, iterations = 20, levels = 5, presmooth_px = 0.5, median_radius = 1, start = None))]
 #[allow(clippy::too_many_arguments)] // keyword arguments of Python
 pub fn py_tv_l1<'py>(
     py: Python<'py>,
     image0: &Bound<'py, PyAny>,
     image1: &Bound<'py, PyAny>,
     weight: f32,
+    split: f32,
     warps: usize,
     iterations: usize,
     levels: usize,
+    presmooth_px: f32,
+    median_radius: usize,
     start: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray3<f32>>> {
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
@@ -159,7 +169,9 @@ pub fn py_tv_l1<'py>(
         warps,
         iterations,
         levels,
-        ..TvL1Config::default()
+        split,
+        median_radius,
+        presmooth_px,
     };
     let flow = py.detach(|| tv_l1(&image0, &image1, &config, start.as_ref()));
     flow_array(py, &flow.into_python()?)

@@ -80,7 +80,7 @@ def depth(
     ]
     error = result["error"]
     if error is None:
-        rows.append(("error", "none: the recording has no depth to compare with"))
+        rows.append(("error", "none: no pixel is both certain enough and known in the recording"))
     else:
         rows += [
             ("error, median", f"{error['median_percent']:.2f} % of the depth"),

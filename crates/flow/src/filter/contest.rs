@@ -38,10 +38,16 @@ impl LensCall<()> for Contest<'_, '_> {
         };
         let (width, height) = (first.lattice.width, first.lattice.height);
         let view = &*nodes;
+        let zeta: Vec<f32> = view.iter().map(|node| node[0]).collect();
+        let arch = pulp::Arch::new();
         let changes: Vec<Vec<(usize, Node)>> = (REACH..height.saturating_sub(REACH))
             .into_par_iter()
             .map(|y| {
-                let columns = REACH..width.saturating_sub(REACH);
+                let beside = arch.dispatch(EdgesOfRow {
+                    zeta: &zeta,
+                    width,
+                    y,
+                });
                 let ask = |x: usize| {
                     let here = y * width + x;
                     let other = other_surface(view, width, here)?;
@@ -55,12 +61,46 @@ impl LensCall<()> for Contest<'_, '_> {
                         (here, node)
                     })
                 };
-                columns.filter_map(ask).collect()
+                let columns = beside.iter().enumerate().filter(|(_, beside)| **beside);
+                columns.filter_map(|(i, _)| ask(REACH + i)).collect()
             })
             .collect();
         for (place, node) in changes.into_iter().flatten() {
             nodes[place] = node;
         }
+    }
+}
+
+/// Which pixels of a row, from the `REACH`-th on, may lie beside another surface: compiled for wide
+/// vectors, as few do.
+struct EdgesOfRow<'a> {
+    zeta: &'a [f32],
+    width: usize,
+    y: usize,
+}
+
+impl pulp::WithSimd for EdgesOfRow<'_> {
+    type Output = Vec<bool>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Vec<bool> {
+        let (width, first) = (self.width, self.y * self.width + REACH);
+        let count = width.saturating_sub(2 * REACH);
+        let row = |start: usize| &self.zeta[start..][..count];
+        let around = |r: usize| [first - r, first + r, first - r * width, first + r * width];
+        let near = around(NEAR).map(row);
+        let far = around(REACH).map(row);
+        let own = row(first);
+        let mut beside = vec![false; count];
+        for (i, beside) in beside[..count].iter_mut().enumerate() {
+            let mut most = 0.0_f32;
+            for other in near.iter().chain(&far) {
+                let off = (other[i] - own[i]).abs();
+                most = if off > most { off } else { most };
+            }
+            *beside = most > EDGE * own[i];
+        }
+        beside
     }
 }
 

@@ -14,7 +14,7 @@ const SLOPE_PER_RAD: f32 = 2.75;
 
 /// Share of the pixels beside an edge that are on its wrong side, as seen on simulated rooms
 /// (`depth_accuracy`).
-const WRONG: f32 = 0.25;
+const WRONG: f32 = 0.7;
 
 /// Least and largest zeta around every cell.
 pub(super) struct Edges {

@@ -32,17 +32,24 @@ impl Sums {
 }
 
 /// Every so many pixels of a row are enough.
-const STEP: usize = 3;
+const STEP: usize = 4;
 
 /// Darker pixels have no ratio worth the name, grey levels.
 const DARK: f32 = 4.0;
 
 impl LensCall<Vec<f32>> for MeasureGain<'_, '_> {
     fn call<L: Lens>(self, lens: &L) -> Vec<f32> {
-        let (lattice, pair) = (self.pair.lattice, self.pair);
+        let (lattice, pair, arch) = (self.pair.lattice, self.pair, pulp::Arch::new());
         let samples: Vec<Vec<[f32; 2]>> = (0..lattice.height)
             .into_par_iter()
-            .map(|y| row_samples(lens, pair, self.nodes, y))
+            .map(|y| {
+                arch.dispatch(RowSamples {
+                    lens,
+                    pair,
+                    nodes: self.nodes,
+                    y,
+                })
+            })
             .collect();
         // The median does not mind the pixels that were hidden in the past.
         let mut ratios: Vec<f32> = samples
@@ -81,25 +88,48 @@ const LEAST_SAMPLES: usize = 50;
 /// A row may be brighter or darker than the image by this share; what differs more was hidden.
 const ROW_CHANGE: f32 = 0.15;
 
-/// Brightness in both images of some pixels of a row.
-fn row_samples<L: Lens>(lens: &L, pair: &Pair<'_>, nodes: &[Node], y: usize) -> Vec<[f32; 2]> {
-    let lattice = pair.lattice;
-    let mut samples = Vec::with_capacity(lattice.width / STEP + 1);
-    for x in (y % STEP..lattice.width).step_by(STEP) {
-        let here = y * lattice.width + x;
-        let there = pair.step.rotation * lattice.ray[here] + pair.step.translation * nodes[here][0];
-        let Some((four, s, t)) = lattice.around(lens.project(&there)) else {
-            continue;
-        };
-        let (past, new) = (
-            mix(&pair.past.pixel, four, s, t)[0],
-            pair.new.pixel[here][0],
-        );
-        if past > DARK && new > DARK {
-            samples.push([new, past]);
+/// Brightness in both images of some pixels of a row, compiled for wide vectors.
+struct RowSamples<'a, 'b, L: Lens> {
+    lens: &'a L,
+    pair: &'a Pair<'b>,
+    nodes: &'a [Node],
+    y: usize,
+}
+
+impl<L: Lens> pulp::WithSimd for RowSamples<'_, '_, L> {
+    type Output = Vec<[f32; 2]>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Vec<[f32; 2]> {
+        /// Samples that are worked on together.
+        const TOGETHER: usize = 32;
+        let (lattice, pair) = (self.pair.lattice, self.pair);
+        let row = self.y * lattice.width..(self.y + 1) * lattice.width;
+        let mut samples = Vec::with_capacity(lattice.width / STEP + 1);
+        let mut first = row.start + self.y % STEP;
+        while first < row.end {
+            let count = (row.end - first).div_ceil(STEP).min(TOGETHER);
+            let mut places = [[0.0_f32; 2]; TOGETHER];
+            for (i, place) in places[..count].iter_mut().enumerate() {
+                let here = first + i * STEP;
+                let there = pair.step.rotation * lattice.ray[here]
+                    + pair.step.translation * self.nodes[here][0];
+                *place = self.lens.project(&there);
+            }
+            for (i, place) in places[..count].iter().enumerate() {
+                let Some((four, s, t)) = lattice.around(*place) else {
+                    continue;
+                };
+                let past = mix(&pair.past.pixel, four, s, t)[0];
+                let new = pair.new.pixel[first + i * STEP][0];
+                if past > DARK && new > DARK {
+                    samples.push([new, past]);
+                }
+            }
+            first += count * STEP;
         }
+        samples
     }
-    samples
 }
 
 /// The new image's gain in each row: one for all, and the smoothed deviations of the rows where they are

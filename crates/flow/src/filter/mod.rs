@@ -19,6 +19,7 @@ mod predict;
 mod prepare;
 mod state;
 mod steps;
+mod turn;
 mod update;
 
 pub use config::{Brightness, DepthFilterConfig};
@@ -56,6 +57,13 @@ pub struct DepthFilter {
     /// Squared baselines over the variance of the poses, summed with memory: the information on the scale
     /// that all pixels share. Infinite for exact poses.
     scale_information: f64,
+    /// Variance per axis of the rotation errors of pairs as measured, rad^2.
+    turn_variance: f32,
+    /// Relative variance of all ranges by places that are off as much as rotations are measured to be: the
+    /// errors of frames that follow each other are one, and do not average out.
+    shared_variance: f64,
+    /// Growth of variances since the last update.
+    stale: f32,
 }
 
 /// What a step has brought. The images are those of [`DepthFilter::range`].
@@ -81,12 +89,16 @@ const INITIAL_SHARE: f32 = 0.5;
 /// Errors of the poses' rotation bend the scene besides: on simulated rooms about as much again.
 const COMMON_FACTOR: f64 = 2.0;
 
+/// From the measured rotations' variance over the longest baseline to that of all ranges.
+const SHARED_FACTOR: f64 = 3.0;
+
 /// From the state's variance to the errors seen on simulated rooms (`benches/experiments`); the floor is that
 /// of slopes by differences and of images read between pixels.
 const STD: StdScale = StdScale {
-    factor: 2.1,
-    floor: 9e-4,
+    factor: 1.5,
+    floor: 6e-4,
     common: 0.0,
+    stale: 1.0,
 };
 
 impl DepthFilter {
@@ -128,6 +140,9 @@ impl DepthFilter {
             past: VecDeque::new(),
             updates: 0,
             scale_information: 0.0,
+            turn_variance: 0.0,
+            shared_variance: 0.0,
+            stale: 1.0,
             camera: camera.clone(),
             lattice,
             config,
@@ -231,11 +246,15 @@ impl DepthFilter {
     /// With the relative error that all pixels share because the poses have one.
     fn std_scale(&self) -> StdScale {
         let common = if self.updates > 0 {
-            (COMMON_FACTOR / self.scale_information) as f32
+            (COMMON_FACTOR / self.scale_information + SHARED_FACTOR * self.shared_variance) as f32
         } else {
             0.0
         };
-        StdScale { common, ..STD }
+        StdScale {
+            common,
+            stale: self.stale,
+            ..STD
+        }
     }
 
     fn skipped(&self) -> DepthStep {
@@ -281,10 +300,12 @@ impl DepthFilter {
             self.planes
                 .smooth(&self.lattice, &mut self.nodes, pixel_noise);
             self.updates += 1;
+            self.stale = 1.0;
         } else {
             // What is not measured is less and less certain, as its information fades.
             let growth = (1.0 / self.config.memory) as f32;
             self.nodes.iter_mut().for_each(|node| node[3] *= growth);
+            self.stale *= growth;
         }
         self.remember(prepared, surface, usable);
         step

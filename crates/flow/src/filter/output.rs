@@ -93,14 +93,17 @@ pub(super) struct StdScale {
     pub floor: f32,
     /// Relative variance of an error that all pixels share.
     pub common: f32,
+    /// What all of it but the state's variance has grown by since anything was measured last.
+    pub stale: f32,
 }
 
 impl StdScale {
     /// Relative standard deviation.
     #[inline]
     pub fn of(&self, variance: f32, edge: f32, zeta: f32) -> f32 {
-        let square = (self.factor * self.factor * variance + edge) / (zeta * zeta);
-        (square + self.floor * self.floor + self.common).sqrt()
+        let per_square = 1.0 / (zeta * zeta);
+        let other = edge * per_square + self.floor * self.floor + self.common;
+        (self.factor * self.factor * variance * per_square + self.stale * other).sqrt()
     }
 }
 

@@ -45,10 +45,16 @@ impl LensCall<()> for Predict<'_> {
             memory,
             occlusion,
         } = self;
-        if occlusion {
-            splat(lens, lattice, &step, old, nearest);
-        }
         let (width, arch) = (lattice.width, pulp::Arch::new());
+        if occlusion {
+            arch.dispatch(Splat {
+                lens,
+                lattice,
+                step: &step,
+                old,
+                nearest,
+            });
+        }
         let back = step.rotation.transpose();
         let nearest = &*nearest;
         new.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
@@ -156,21 +162,43 @@ pub(super) fn known(zeta: f32) -> f32 {
 }
 
 /// Every old pixel at its new place; where several meet, the nearest surface stays.
-fn splat<L: Lens>(lens: &L, lattice: &Lattice, step: &Step, old: &[Node], nearest: &mut [f32]) {
-    nearest.fill(0.0);
-    let back = step.rotation.transpose();
-    for (ray, node) in lattice.ray.iter().zip(old) {
-        let moved = back * (ray - step.translation * node[0]);
-        let zeta = node[0] / lens.gauge(&moved);
-        let ahead = zeta > 0.0;
-        if !ahead {
-            continue;
+struct Splat<'a, L: Lens> {
+    lens: &'a L,
+    lattice: &'a Lattice,
+    step: &'a Step,
+    old: &'a [Node],
+    nearest: &'a mut [f32],
+}
+
+impl<L: Lens> pulp::WithSimd for Splat<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let (lattice, step) = (self.lattice, self.step);
+        self.nearest.fill(0.0);
+        let back = step.rotation.transpose();
+        let rays = lattice.ray.chunks(TOGETHER);
+        for (rays, nodes) in rays.zip(self.old.chunks(TOGETHER)) {
+            let (mut place, mut zeta) = ([[0.0_f32; TOGETHER]; 2], [0.0_f32; TOGETHER]);
+            for (i, (ray, node)) in rays.iter().zip(nodes).enumerate() {
+                let moved = back * (ray - step.translation * node[0]);
+                zeta[i] = node[0] / self.lens.gauge(&moved);
+                [place[0][i], place[1][i]] = self.lens.project(&moved);
+            }
+            for i in 0..nodes.len() {
+                let ahead = zeta[i] > 0.0;
+                if !ahead {
+                    continue;
+                }
+                let Some((four, s, t)) = lattice.around([place[0][i], place[1][i]]) else {
+                    continue;
+                };
+                // To the nearest pixel only: a share in all four would widen what is near, frame by frame.
+                let to = four[usize::from(s > 0.5) + 2 * usize::from(t > 0.5)];
+                let nearest = self.nearest[to];
+                self.nearest[to] = if zeta[i] > nearest { zeta[i] } else { nearest };
+            }
         }
-        let Some((four, s, t)) = lattice.around(lens.project(&moved)) else {
-            continue;
-        };
-        // To the nearest pixel only: a share in all four would widen what is near, frame by frame.
-        let place = four[usize::from(s > 0.5) + 2 * usize::from(t > 0.5)];
-        nearest[place] = nearest[place].max(zeta);
     }
 }

@@ -112,19 +112,15 @@ impl Preparation {
             self.binned.data_mut().copy_from_slice(image.data());
             return;
         }
-        let scale = 1.0 / (factor * factor) as f32;
+        let arch = pulp::Arch::new();
         let rows = self.binned.data_mut().par_chunks_mut(width);
         rows.enumerate().for_each(|(y, out)| {
-            out.fill(0.0);
-            for k in 0..factor {
-                let row = image.row(y * factor + k);
-                for (out, block) in out.iter_mut().zip(row.chunks_exact(factor)) {
-                    *out += block.iter().sum::<f32>();
-                }
-            }
-            for out in out.iter_mut() {
-                *out *= scale;
-            }
+            arch.dispatch(BinRow {
+                image,
+                factor,
+                y,
+                out,
+            });
         });
     }
 
@@ -142,12 +138,19 @@ impl Preparation {
 
     fn slopes(&self, lattice: &Lattice, gaussian: &Gaussian, out: &mut Prepared) {
         let (width, height) = self.smooth.size();
-        let smooth = &self.smooth;
+        let (smooth, arch) = (&self.smooth, pulp::Arch::new());
         out.pixel.resize(width * height, [0.0; 4]);
         out.pixel
             .par_chunks_mut(width)
             .enumerate()
-            .for_each(|(y, row)| slope_row(smooth, lattice.wraps, y, row));
+            .for_each(|(y, row)| {
+                arch.dispatch(SlopeRow {
+                    smooth,
+                    wraps: lattice.wraps,
+                    y,
+                    row,
+                });
+            });
         // Squared slopes against those of noise, in blocks: each pixel may drown, the image may not.
         let least = 2.0 * gaussian.slope_gain() * out.sigma_raw * out.sigma_raw;
         let textured = textured_share(&out.pixel, width, least);
@@ -158,21 +161,79 @@ impl Preparation {
     }
 }
 
-/// Brightness and slopes of a row.
-fn slope_row(smooth: &Plane<f32>, wraps: bool, y: usize, row: &mut [[f32; 4]]) {
-    let (width, height) = smooth.size();
-    let (up, down) = (y.saturating_sub(1), (y + 1).min(height - 1));
-    let span = 1.0 / (down - up) as f32;
-    let (a, b, c) = (smooth.row(up), smooth.row(y), smooth.row(down));
-    for (x, out) in row.iter_mut().enumerate() {
-        let (left, right, span_x) = match () {
-            () if x > 0 && x + 1 < width => (x - 1, x + 1, 0.5),
-            () if wraps => ((x + width - 1) % width, (x + 1) % width, 0.5),
-            () if x == 0 => (0, 1, 1.0),
-            () => (x - 1, x, 1.0),
-        };
-        let (gx, gy) = ((b[right] - b[left]) * span_x, (c[x] - a[x]) * span);
-        *out = [b[x], gx, gy, 0.0];
+/// A row of means over squares of pixels, compiled for wide vectors.
+struct BinRow<'a> {
+    image: &'a Plane<f32>,
+    factor: usize,
+    y: usize,
+    out: &'a mut [f32],
+}
+
+impl pulp::WithSimd for BinRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        match self.factor {
+            2 => self.mean::<2>(),
+            3 => self.mean::<3>(),
+            _ => self.mean::<4>(),
+        }
+    }
+}
+
+impl BinRow<'_> {
+    #[inline(always)]
+    fn mean<const N: usize>(self) {
+        let scale = 1.0 / (N * N) as f32;
+        let rows: [&[[f32; N]]; N] =
+            std::array::from_fn(|k| self.image.row(self.y * N + k).as_chunks().0);
+        let rows = rows.map(|row| &row[..self.out.len()]);
+        for (x, out) in self.out.iter_mut().enumerate() {
+            let mut sum = 0.0;
+            for row in rows {
+                for value in row[x] {
+                    sum += value;
+                }
+            }
+            *out = scale * sum;
+        }
+    }
+}
+
+/// Brightness and slopes of a row, compiled for wide vectors.
+struct SlopeRow<'a> {
+    smooth: &'a Plane<f32>,
+    wraps: bool,
+    y: usize,
+    row: &'a mut [[f32; 4]],
+}
+
+impl pulp::WithSimd for SlopeRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let (width, height) = self.smooth.size();
+        let (up, down) = (self.y.saturating_sub(1), (self.y + 1).min(height - 1));
+        let span = 1.0 / (down - up) as f32;
+        let [a, b, c] = [up, self.y, down].map(|y| &self.smooth.row(y)[..width]);
+        for (x, left, right) in [(0, width - 1, 1), (width - 1, width - 2, 0)] {
+            let (left, right, span_x) = match self.wraps {
+                true => (left, right, 0.5),
+                false => (left.min(x), right.max(x), 1.0),
+            };
+            let gx = (b[right] - b[left]) * span_x;
+            self.row[x] = [b[x], gx, (c[x] - a[x]) * span, 0.0];
+        }
+        let count = width - 2;
+        let (left, right) = (&b[..count], &b[2..][..count]);
+        let [a, b, c] = [a, b, c].map(|row| &row[1..][..count]);
+        let row = &mut self.row[1..][..count];
+        for x in 0..count {
+            let gx = (right[x] - left[x]) * 0.5;
+            row[x] = [b[x], gx, (c[x] - a[x]) * span, 0.0];
+        }
     }
 }
 

@@ -5,13 +5,38 @@ use super::gain::MeasureGain;
 use super::predict::{Predict, Step};
 use super::prepare::Prepared;
 use super::state::{Drift, Node, Past};
+use super::turn::MeasureTurn;
 use super::update::{Pair, Update, fade};
 use super::{Brightness, DepthFilter, DepthStep};
 use crate::{DepthReason, DepthStatus};
+use nalgebra::{Rotation3, Vector3};
 use sphereflow_core::Pose;
 
 /// An image with less of its pixels textured, or known, says nothing.
 const LEAST_SHARE: f32 = 0.02;
+
+/// Updates after which the state says well enough where pixels are to measure the rotation by.
+const SETTLED: usize = 10;
+
+/// Corrections of a rotation, each by one linearisation, at most.
+const TURNS: usize = 3;
+
+/// A rotation is off where its squared error over the predicted variance (of three numbers) is above this:
+/// with exact poses states in error lead to 30, seldom 90.
+const CLEAR: f64 = 100.0;
+
+/// Smaller rotations, pixels of the filter in the middle of the image, are left to the state's errors.
+const LEAST_TURN_PX: f64 = 0.05;
+
+/// Share of the frames' rotation errors that a new one changes the measure of them by.
+const TURN_MEMORY: f32 = 0.1;
+
+/// Likewise for what that means for all ranges.
+const SHARED_MEMORY: f64 = 0.03;
+
+/// Share of the variance of the measured rotations that is taken to stay after correction: that of
+/// places off by as much acts on near and far pixels in different ways.
+const LEFT: f32 = 0.1;
 
 /// Parallax below which a pair of images says nothing, pixels of the filter.
 const LEAST_PARALLAX_PX: f32 = 0.03;
@@ -123,11 +148,33 @@ impl DepthFilter {
         }
     }
 
+    /// Puts the rotation right where it is clearly off. Returns the variance per axis of what was, rad^2.
+    fn turn(&self, pair: &mut Pair<'_>, nodes: &[Node]) -> f32 {
+        if self.updates < SETTLED {
+            return 0.0;
+        }
+        let mut total = Vector3::zeros();
+        for _ in 0..TURNS {
+            let turn = self.lattice.lens.with(MeasureTurn { pair, nodes });
+            let turned_px = turn.angle.norm() * f64::from(self.lattice.focal_px);
+            if turn.chi < CLEAR || turned_px < LEAST_TURN_PX {
+                break;
+            }
+            total += turn.angle;
+            let rotation = Rotation3::new(turn.angle.cast::<f32>());
+            pair.step.rotation = rotation.matrix() * pair.step.rotation;
+            pair.step.translation = rotation * pair.step.translation;
+        }
+        pair.drift.rotation += LEFT * self.turn_variance;
+        total.norm_squared() as f32 / 3.0
+    }
+
     pub(super) fn update(&mut self, prepared: &Prepared, step: &mut DepthStep) {
         let least_m = self.least_baseline_m();
         let (mut scale, depth_m) = (0.0_f64, 1.0 / self.middle_zeta());
         let mut nodes = std::mem::take(&mut self.nodes);
         let mut trust = std::mem::take(&mut self.trust);
+        let (mut turns, mut longest_m) = (0.0, least_m);
         let mut pairs = Vec::with_capacity(self.config.lags.len());
         for (lag, past) in self.compared() {
             let (distance, _) = self.motion.pose.distance_and_angle(&past.world_from_camera);
@@ -142,6 +189,8 @@ impl DepthFilter {
                 };
                 pair.gain = self.lattice.lens.with(measure);
             }
+            turns += self.turn(&mut pair, &nodes);
+            longest_m = longest_m.max(distance);
             scale = scale.max(Self::scale_per_frame(distance, &pair.drift, lag, depth_m));
             pairs.push(pair);
         }
@@ -152,6 +201,7 @@ impl DepthFilter {
             };
             self.lattice.lens.with(contest);
         }
+        let turns = turns / pairs.len().max(1) as f32;
         trust.fill(1.0);
         let (mut compared, mut fitting) = (0, 0);
         for pair in &pairs {
@@ -166,6 +216,9 @@ impl DepthFilter {
         drop(pairs);
         fade(&mut nodes, &trust);
         self.trust = trust;
+        self.turn_variance += TURN_MEMORY * (turns - self.turn_variance);
+        let shared = f64::from(self.turn_variance) * (depth_m / longest_m).powi(2);
+        self.shared_variance += SHARED_MEMORY * (shared.min(1.0) - self.shared_variance);
         self.nodes = nodes;
         self.scale_information = self.memory() * self.scale_information + scale;
         step.fitting_share = fitting as f32 / compared as f32;

@@ -56,7 +56,7 @@ const LARGEST_DOUBT_PX: f32 = 4.0;
 const SHARED: f32 = 100.0;
 
 /// A past surface nearer by this share hides the pixel.
-const HIDES: f32 = 1.06;
+pub(super) const HIDES: f32 = 1.06;
 
 impl LensCall<(usize, usize)> for Update<'_, '_> {
     fn call<L: Lens>(self, lens: &L) -> (usize, usize) {

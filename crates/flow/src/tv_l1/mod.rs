@@ -1,20 +1,26 @@
 //! TV-L1 optical flow: total variation prior, absolute data term, warps on a pyramid.
 
+mod bicubic;
+mod median;
 mod solver;
 mod warping;
 
 use crate::derivatives::sobel_into;
 use crate::error::{Error, positive, same_size};
 use crate::{FlowField, Result};
-use solver::Workspace;
+use solver::{Weight, Workspace};
 use sphereflow_core::Plane;
-use warping::{halved, linearise_at, median_filtered, smoothed};
+use warping::{halved, linearise_at, smoothed};
 
 /// Settings of [`TvL1Flow`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TvL1Config {
     /// Weight alpha^2 of the data, per grey level.
     pub lambda: f32,
+    /// 1/(2 beta^2): how freely the flow that fits the data may leave the smooth one. The smooth one then
+    /// sees a data term that is square for small residuals, so that noise is not fitted; zero is the
+    /// absolute value itself.
+    pub split: f32,
     /// Linearisations per pyramid level.
     pub warps: usize,
     /// Primal-dual iterations per linearisation.
@@ -31,12 +37,13 @@ impl Default for TvL1Config {
     /// For a pair of images without a start.
     fn default() -> Self {
         Self {
-            lambda: 0.1,
+            lambda: 0.25,
+            split: 0.2,
             warps: 5,
-            iterations: 30,
+            iterations: 20,
             levels: 5,
             median_radius: 1,
-            presmooth_px: 0.6,
+            presmooth_px: 0.5,
         }
     }
 }
@@ -46,16 +53,16 @@ impl TvL1Config {
     pub fn warm() -> Self {
         Self {
             warps: 3,
-            iterations: 20,
             levels: 1,
-            median_radius: 0,
-            presmooth_px: 0.0,
             ..Self::default()
         }
     }
 
     fn check(&self) -> Result<()> {
         positive("lambda", f64::from(self.lambda))?;
+        if !(0.0..=1e3).contains(&self.split) {
+            return Err(Error::value("split", "0 to 1000", self.split));
+        }
         for (name, value) in [
             ("warps", self.warps),
             ("iterations", self.iterations),
@@ -85,8 +92,9 @@ impl TvL1Config {
 
 /// Flow from `image0` to `image1` in pixels, of images of any size and any brightness scale.
 ///
-/// Thesis: section 2.1.4, eq. (2.9). The linearised problem is solved by the primal-dual iteration
-/// whose step is 1/(2 beta^2): the limit does not depend on beta.
+/// Thesis: section 2.1.4, eq. (2.9). With a `split` of zero beta is a mere step of the primal-dual
+/// iteration, whose limit does not depend on it; with the default the data and the smooth flow stay
+/// apart by beta, as in the printed functional.
 ///
 /// # Errors
 /// Shape errors naming the image or `start`; value errors for settings out of their domain.
@@ -154,8 +162,12 @@ impl TvL1Flow {
             sobel_into(from, slope_x, slope_y);
             for _ in 0..self.config.warps {
                 linearise_at(work, from, to, &flow);
-                work.solve(&mut flow, self.config.lambda, self.config.iterations);
-                flow = median_filtered(flow, self.config.median_radius);
+                work.solve(
+                    &mut flow,
+                    Weight::new(self.config.lambda, self.config.split),
+                    self.config.iterations,
+                );
+                work.clean(&mut flow, self.config.median_radius);
             }
         }
         Ok(flow)

@@ -1,5 +1,6 @@
 //! What goes on between the linearisations: warped images, smaller images, median filters.
 
+use super::bicubic::{Bicubic, TOGETHER};
 use super::solver::{Workspace, linearise};
 use crate::FlowField;
 use crate::gaussian::Gaussian;
@@ -65,68 +66,47 @@ fn linearise_row(
     flow: [&[f32]; 2],
     out: [&mut [f32]; 4],
 ) {
-    let (width, height) = to.size();
-    let (last_x, last_y) = (width as f32 - 2.0, height as f32 - 2.0);
+    let width = to.width();
+    let mut warped = Bicubic::new();
+    let [offset, slope_x, slope_y, per_square] = out;
+    for first in (0..width).step_by(TOGETHER) {
+        let count = TOGETHER.min(width - first);
+        let piece = first..first + count;
+        let flow = flow.map(|row| &row[piece.clone()]);
+        warped.read(to, y, first, flow);
+        at_border(&mut warped, to, (first, y), flow);
+        let own = own.map(|row| &row[piece.clone()]);
+        let offset = &mut offset[piece.clone()];
+        let (slope_x, slope_y) = (&mut slope_x[piece.clone()], &mut slope_y[piece.clone()]);
+        let per_square = &mut per_square[piece];
+        let [value, warped_x, warped_y] = &warped.found;
+        let (value, warped_x) = (&value[..count], &warped_x[..count]);
+        let warped_y = &warped_y[..count];
+        for i in 0..count {
+            let warped = [value[i], warped_x[i], warped_y[i]];
+            let own = [own[0][i], own[1][i], own[2][i]];
+            let new = linearise(warped, own, [flow[0][i], flow[1][i]]);
+            [offset[i], slope_x[i], slope_y[i], per_square[i]] = new;
+        }
+    }
+}
+
+/// Where the sixteen pixels around a place are not there, four do; outside there is nothing (NaN).
+#[inline(always)]
+fn at_border(warped: &mut Bicubic, to: &Plane<f32>, (first, y): (usize, usize), flow: [&[f32]; 2]) {
+    let count = flow[0].len();
+    if warped.inside[..count].iter().all(|inside| *inside) {
+        return;
+    }
     let sampler = Sampler::new(to);
-    for x in 0..width {
-        let flow = flow.map(|row| row[x]);
-        let (px, py) = (x as f32 + flow[0], y as f32 + flow[1]);
-        let inside = px >= 1.0 && py >= 1.0 && px < last_x && py < last_y;
-        let warped = if inside {
-            bicubic(to, px, py)
-        } else {
-            let pixel = Vector2::new(f64::from(px), f64::from(py));
-            let sample = sampler.bilinear_with_slope(&pixel);
-            [sample.value, sample.slope.x, sample.slope.y]
-        };
-        let new = linearise(warped, own.map(|row| row[x]), flow);
-        for k in 0..4 {
-            out[k][x] = new[k];
+    for i in (0..count).filter(|i| !warped.inside[*i]) {
+        let (px, py) = ((first + i) as f32 + flow[0][i], y as f32 + flow[1][i]);
+        let sample = sampler.bilinear_with_slope(&Vector2::new(f64::from(px), f64::from(py)));
+        let found = [sample.value, sample.slope.x, sample.slope.y];
+        for (out, found) in warped.found.iter_mut().zip(found) {
+            out[i] = found;
         }
     }
-}
-
-/// Catmull-Rom value and slopes well inside the image: as [`Sampler::bicubic_with_slope`], without
-/// the tests at borders.
-#[inline(always)]
-fn bicubic(image: &Plane<f32>, x: f32, y: f32) -> [f32; 3] {
-    let (x0, y0) = (x as usize, y as usize);
-    let (s, t) = (x - x0 as f32, y - y0 as f32);
-    let (wx, dx) = catmull_rom(s);
-    let (wy, dy) = catmull_rom(t);
-    let (data, width) = (image.data(), image.width());
-    // Down the columns first, four of them at a time.
-    let (mut mixed, mut slope) = ([0.0_f32; 4], [0.0_f32; 4]);
-    for j in 0..4 {
-        let start = (y0 + j - 1) * width + x0 - 1;
-        let row = &data[start..start + 4];
-        for i in 0..4 {
-            mixed[i] += wy[j] * row[i];
-            slope[i] += dy[j] * row[i];
-        }
-    }
-    let along =
-        |w: &[f32; 4], v: &[f32; 4]| w[0] * v[0] + w[1] * v[1] + (w[2] * v[2] + w[3] * v[3]);
-    [along(&wx, &mixed), along(&dx, &mixed), along(&wx, &slope)]
-}
-
-#[inline(always)]
-fn catmull_rom(t: f32) -> ([f32; 4], [f32; 4]) {
-    let (t2, t3) = (t * t, t * t * t);
-    (
-        [
-            0.5 * (2.0 * t2 - t3 - t),
-            0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
-            0.5 * (4.0 * t2 - 3.0 * t3 + t),
-            0.5 * (t3 - t2),
-        ],
-        [
-            0.5 * (4.0 * t - 3.0 * t2 - 1.0),
-            0.5 * (9.0 * t2 - 10.0 * t),
-            0.5 * (8.0 * t - 9.0 * t2 + 1.0),
-            0.5 * (3.0 * t2 - 2.0 * t),
-        ],
-    )
 }
 
 /// The image smoothed by a Gaussian.
@@ -142,40 +122,4 @@ pub(super) fn halved(image: &Plane<f32>) -> Plane<f32> {
         let (top, bottom) = (image.row(2 * y), image.row(2 * y + 1));
         0.25 * (top[2 * x] + top[2 * x + 1] + bottom[2 * x] + bottom[2 * x + 1])
     })
-}
-
-/// The median of each displacement over a square of `2 radius + 1` pixels, cut at the border.
-pub(super) fn median_filtered(flow: FlowField, radius: usize) -> FlowField {
-    if radius == 0 {
-        return flow;
-    }
-    let filter = |plane: &Plane<f32>| {
-        let (width, height) = plane.size();
-        let mut out = plane.clone();
-        out.data_mut()
-            .par_chunks_mut(width)
-            .enumerate()
-            .for_each(|(y, out)| {
-                let rows = y.saturating_sub(radius)..(y + radius + 1).min(height);
-                for (x, out) in out.iter_mut().enumerate() {
-                    let columns = x.saturating_sub(radius)..(x + radius + 1).min(width);
-                    let mut window = [0.0_f32; 25];
-                    let mut count = 0;
-                    for row in rows.clone() {
-                        for value in &plane.row(row)[columns.clone()] {
-                            window[count] = *value;
-                            count += 1;
-                        }
-                    }
-                    let window = &mut window[..count];
-                    window.sort_unstable_by(f32::total_cmp);
-                    *out = 0.5 * (window[count / 2] + window[(count - 1) / 2]);
-                }
-            });
-        out
-    };
-    FlowField {
-        u: filter(&flow.u),
-        v: filter(&flow.v),
-    }
 }

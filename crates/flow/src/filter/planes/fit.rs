@@ -13,6 +13,10 @@ pub(super) struct Fit {
     pub variance: f64,
 }
 
+/// Relative deviation of a plane that is only continued from its neighbours: now and then it is another surface, a
+/// third nearer or farther.
+const OTHER: f64 = 0.06;
+
 impl Fit {
     pub const UNKNOWN: Self = Self {
         plane: Vector3::new(0.0, 0.0, 0.0),
@@ -46,6 +50,10 @@ impl Fit {
             spread
         };
         let variance = (inverse * shape).trace() / 3.0;
+        // What comes into view may be another surface, as long as its own pixels have not spoken.
+        let zeta2 = plane.dot(&(shape * plane));
+        let other = OTHER * OTHER * zeta2;
+        let variance = variance + other / (1.0 + moments.weight * other).powi(4);
         plane.iter().all(|v| v.is_finite()).then_some(Self {
             plane,
             misfit,
