@@ -51,13 +51,25 @@ impl DeadAxis {
 }
 
 /// What the mean norm of the accelerometer says of its unit.
-pub fn accel_unit(mean_norm: f64) -> Option<Reason> {
+pub fn unit_of_norm(mean_norm: f64) -> Option<Reason> {
     if IN_SI.contains(&mean_norm) {
         None
     } else if IN_G.contains(&mean_norm) {
         Some(Reason::AccelInG { norm: mean_norm })
     } else {
         Some(Reason::AccelNorm { norm: mean_norm })
+    }
+}
+
+/// The same of a mean reading; quick where all is well.
+#[inline]
+pub fn accel_unit(mean: &Vector3<f64>) -> Option<Reason> {
+    let square = mean.norm_squared();
+    let fine = square > IN_SI.start * IN_SI.start && square < IN_SI.end * IN_SI.end;
+    if fine {
+        None
+    } else {
+        unit_of_norm(square.sqrt())
     }
 }
 

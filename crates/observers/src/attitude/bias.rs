@@ -58,11 +58,6 @@ impl BiasFilter {
         self.bias
     }
 
-    /// Standard deviations, rad/s.
-    pub fn sigma(&self) -> Vector3<f64> {
-        self.covariance.diagonal().map(|v| v.max(0.0).sqrt())
-    }
-
     /// At rest the gyro's mean is the bias.
     pub fn at_rest(&mut self, mean_gyro: &Vector3<f64>, clip: f64, noise: &BiasNoise) {
         let error = mean_gyro - self.bias;
@@ -71,7 +66,6 @@ impl BiasFilter {
             &Matrix3::identity(),
             &Vector3::repeat(noise.rest),
             clip,
-            noise,
         );
     }
 
@@ -87,7 +81,7 @@ impl BiasFilter {
             -seen.z,
         );
         let weights = Vector3::new(noise.motion, noise.motion, noise.motion / VERTICAL);
-        self.update(&error, &rotation, &weights, clip, noise);
+        self.update(&error, &rotation, &weights, clip);
     }
 
     /// The low-passes of every step, whichever update follows.
@@ -121,6 +115,7 @@ impl BiasFilter {
         }
     }
 
+    /// Both the innovation's and the bias's covariance are symmetric: half of each is computed.
     #[inline]
     fn update(
         &mut self,
@@ -128,20 +123,39 @@ impl BiasFilter {
         rotation: &Matrix3<f64>,
         weights: &Vector3<f64>,
         clip: f64,
-        _noise: &BiasNoise,
     ) {
         let error = error.map(|e| e.clamp(-clip, clip));
         let cross = self.covariance * rotation.transpose();
-        let mut innovation = rotation * cross;
-        for i in 0..3 {
-            innovation[(i, i)] += weights[i];
-        }
-        let Some(inverse) = innovation.try_inverse() else {
+        let innovation = symmetric(rotation, &cross);
+        let Some(inverse) = inverse(&(innovation + Matrix3::from_diagonal(weights))) else {
             return;
         };
         let gain = cross * inverse;
         self.bias = (self.bias + gain * error).map(|b| b.clamp(-clip, clip));
-        let kept = self.covariance - gain * cross.transpose();
-        self.covariance = (kept + kept.transpose()) * 0.5;
+        self.covariance -= symmetric(&gain, &cross.transpose());
     }
+}
+
+/// `a b` where that is known to be symmetric.
+#[inline]
+fn symmetric(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
+    let part =
+        |i: usize, j: usize| a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)];
+    let (xy, xz, yz) = (part(0, 1), part(0, 2), part(1, 2));
+    Matrix3::new(part(0, 0), xy, xz, xy, part(1, 1), yz, xz, yz, part(2, 2))
+}
+
+/// Inverse of a symmetric matrix by its cofactors.
+#[inline]
+fn inverse(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    let (a, b, c) = (m[(0, 0)], m[(0, 1)], m[(0, 2)]);
+    let (d, e, f) = (m[(1, 1)], m[(1, 2)], m[(2, 2)]);
+    let (aa, ab, ac) = (d * f - e * e, c * e - b * f, b * e - c * d);
+    let determinant = a * aa + b * ab + c * ac;
+    if determinant <= 0.0 || determinant.is_nan() {
+        return None;
+    }
+    let scale = 1.0 / determinant;
+    let (bb, bc, cc) = (a * f - c * c, b * c - a * e, a * d - b * b);
+    Some(Matrix3::new(aa, ab, ac, ab, bb, bc, ac, bc, cc) * scale)
 }

@@ -94,7 +94,7 @@ impl AttitudeFilter {
     /// The state after the last sample.
     pub fn state(&self) -> AttitudeState {
         let (earth_from_body, bias, at_rest, disturbed) = match &self.estimator {
-            Estimator::Inertial(f) => (f.rotation(), f.bias().0, f.is_at_rest(), f.is_disturbed()),
+            Estimator::Inertial(f) => (f.rotation(), f.bias(), f.is_at_rest(), f.is_disturbed()),
             Estimator::Invariant(f) => (f.rotation(), f.bias(), false, false),
         };
         AttitudeState {
@@ -175,9 +175,7 @@ impl AttitudeFilter {
     ) {
         match &mut self.estimator {
             Estimator::Inertial(f) => {
-                let may_rest = f
-                    .mean_accel()
-                    .is_none_or(|n| checks::accel_unit(n).is_none());
+                let may_rest = f.accel_unit().is_none();
                 f.step(gyro, accel, may_rest, dt_s);
                 if let Some(mag) = mag {
                     f.magnetic(mag);
@@ -220,7 +218,7 @@ impl AttitudeFilter {
             self.lasting = None;
         }
         if let Estimator::Inertial(f) = &self.estimator {
-            if let Some(reason) = f.mean_accel().and_then(checks::accel_unit) {
+            if let Some(reason) = f.accel_unit() {
                 return Status::Weak(reason);
             }
             if f.is_disturbed() {

@@ -6,8 +6,8 @@
 //! heading alone. Errors are formed in the earth frame, where the observer is invariant.
 
 use super::config::AttitudeConfig;
+use super::small_angle;
 use nalgebra::{UnitQuaternion, Vector3};
-use sphereflow_sphere::lie::so3;
 
 /// The observer: `q' = q (omega_m - b + q* k e q) / 2`, `b' = -n q* e q` with
 /// `e = (q a q*)/|a| x up + ((q (a x m) q*)/|.| x west . up) up`.
@@ -40,7 +40,7 @@ impl InvariantObserver {
 
     /// Gyro alone.
     pub fn turn(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
-        self.rotation *= so3::exp(&((gyro - self.bias) * dt_s));
+        self.rotation *= small_angle::turn(&((gyro - self.bias) * dt_s));
         self.rotation.renormalize();
     }
 
@@ -69,7 +69,7 @@ impl InvariantObserver {
         let body = self.rotation.inverse_transform_vector(&correction);
         self.bias =
             (self.bias - body * (self.bias_gain * dt_s)).map(|b| b.clamp(-self.clip, self.clip));
-        self.rotation *= so3::exp(&(body * (self.gain * dt_s)));
+        self.rotation *= small_angle::turn(&(body * (self.gain * dt_s)));
         self.rotation.renormalize();
     }
 

@@ -12,6 +12,7 @@ mod invariant;
 mod low_pass;
 mod magnetic;
 mod rest;
+mod small_angle;
 #[cfg(test)]
 mod tests;
 mod visual;

@@ -5,7 +5,7 @@ use super::config::{ImuBiasConfig, ImuBiasMethod};
 use super::kalman::{Kalman, Matrix12};
 use super::kinematics::Kinematics;
 use super::observability::Excitation;
-use crate::checks::{accel_unit, is_finite};
+use crate::checks::{is_finite, unit_of_norm};
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{Matrix3, Vector3};
 use sphereflow_sphere::lie::so3;
@@ -279,7 +279,7 @@ impl ImuBiasEstimator {
     }
 
     fn judge(&self) -> Status {
-        if let Some(reason) = accel_unit(self.mean_accel) {
+        if let Some(reason) = unit_of_norm(self.mean_accel) {
             return Status::Weak(reason);
         }
         if self.since_velocity_s > COASTING_S {

@@ -4,7 +4,7 @@ use super::config::NavigationConfig;
 use super::history::{History, Input, forward};
 use super::measurement::Measurement;
 use super::state::{Belief, Matrix15, NominalState, P, THETA, V};
-use crate::checks::{accel_unit, is_finite, saturated};
+use crate::checks::{is_finite, saturated, unit_of_norm};
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{Matrix3, SMatrix, UnitQuaternion, Vector3};
 use sphereflow_core::{ImuSample, Pose, Stamp};
@@ -250,7 +250,7 @@ impl NavigationFilter {
     }
 
     fn status_of(&self, belief: &Belief) -> Status {
-        if let Some(reason) = accel_unit(self.mean_accel) {
+        if let Some(reason) = unit_of_norm(self.mean_accel) {
             return Status::Weak(reason);
         }
         match self.lasting {
