@@ -16,6 +16,7 @@ use sphereflow_observers::velocity_bias::{
 use sphereflow_sim::{Motion, Renderer, Scene};
 use sphereflow_sphere::Camera;
 use sphereflow_sphere::lie::motion::twist_between;
+use std::cell::LazyCell;
 use std::f64::consts::TAU;
 use std::hint::black_box;
 
@@ -122,7 +123,7 @@ fn frames(camera: &Camera, count: usize) -> Vec<(Plane<f32>, RangeMap, ImageVelo
 /// ten seconds begins with a new estimator, so that the way in is timed too.
 fn velocity_bias(c: &mut Criterion) {
     let camera = Camera::pinhole(171.6, 164.8, 79.5, 59.5, 160, 120).expect("a valid camera");
-    let frames = frames(&camera, 420);
+    let frames = LazyCell::new(|| frames(&camera, 420));
     let new = || {
         VelocityBiasEstimator::new(&camera, VelocityBiasConfig::default()).expect("valid settings")
     };

@@ -10,9 +10,10 @@ use super::low_pass::{Decay, LowPass};
 use super::magnetic::{FieldJudge, FieldTable};
 use super::rest::{REST_TAU_S, RestDetector};
 use super::small_angle::{self, Heading, renormalised};
+use super::tilt::Tilt;
 use crate::Reason;
 use crate::checks::accel_unit;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Steps closer to each other than this share use the same coefficients: their error is of that
 /// size, while integration always takes the exact step.
@@ -35,12 +36,10 @@ struct StepTable {
 pub struct InertialFilter {
     config: AttitudeConfig,
     table: StepTable,
-    /// Integrated gyro: an inertial frame from the body.
-    strapdown: UnitQuaternion<f64>,
-    /// The correction of the inclination: level frame from the inertial one.
-    level: UnitQuaternion<f64>,
-    /// Both: the level frame from the body.
+    /// The level frame from the body: integrated gyro, and the inclination's corrections.
     levelled: UnitQuaternion<f64>,
+    /// The same as a matrix, of the last step.
+    rotation: Matrix3<f64>,
     /// Heading of the level frame in the earth frame.
     heading: Heading,
     accel_low_pass: LowPass<3>,
@@ -58,9 +57,8 @@ impl InertialFilter {
         Self {
             config: *config,
             table: table(config, 0.01),
-            strapdown: UnitQuaternion::identity(),
-            level: UnitQuaternion::identity(),
             levelled: UnitQuaternion::identity(),
+            rotation: Matrix3::identity(),
             heading: Heading::new(),
             accel_low_pass: LowPass::new(),
             rest: RestDetector::new(),
@@ -75,13 +73,13 @@ impl InertialFilter {
     /// Gyro alone: the other sensors cannot be used. `gyro` with its bias.
     pub fn turn(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
         self.integrate(gyro, dt_s);
-        self.levelled = self.level * self.strapdown;
+        self.rotation = *self.levelled.to_rotation_matrix().matrix();
     }
 
     #[inline]
     fn integrate(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
         let step = small_angle::turn(&((gyro - self.bias.bias()) * dt_s));
-        self.strapdown = renormalised(self.strapdown.quaternion() * step.quaternion());
+        self.levelled = renormalised(self.levelled.quaternion() * step.quaternion());
         self.since_mag_s += dt_s;
     }
 
@@ -94,19 +92,21 @@ impl InertialFilter {
         let clip = self.config.bias_clip_rad_s;
         self.rest.step(gyro, accel, clip, dt_s, &self.table.rest);
         self.integrate(gyro, dt_s);
-        let inertial = self.strapdown * accel;
-        let smooth = self
+        // The specific force is low-passed in the level frame, whose every turn turns the low-pass
+        // with it: that is a low-pass in an inertial frame.
+        let now = self.levelled * accel;
+        let force = self
             .accel_low_pass
-            .step(&[inertial.x, inertial.y, inertial.z], &self.table.accel);
-        let force = self.level * Vector3::from(smooth);
-        let norm = force.norm();
+            .step(&[now.x, now.y, now.z], &self.table.accel);
         let mut tilt = [0.0; 2];
-        if norm > 1e-9 {
+        if let Some((turn, norm)) = Tilt::to_up(&force) {
             let scale = self.table.rate_hz / norm;
-            tilt = [-force.y * scale, force.x * scale];
-            self.level = renormalised(tilt_to_up(&force, norm) * self.level.quaternion());
+            tilt = [-force[1] * scale, force[0] * scale];
+            self.levelled = turn.after(&self.levelled);
+            self.accel_low_pass
+                .replace([0.0, 0.0, norm], |slope| turn.turned(slope));
         }
-        self.levelled = self.level * self.strapdown;
+        self.rotation = *self.levelled.to_rotation_matrix().matrix();
         let at_rest = may_rest && self.rest.is_at_rest();
         self.estimate_bias(tilt, at_rest, clip);
     }
@@ -119,14 +119,13 @@ impl InertialFilter {
         }
         let noise = &table.noise;
         self.bias.grow(noise);
-        if config.motion_bias {
-            let rotation = self.levelled.to_rotation_matrix();
-            self.bias.follow(rotation.matrix(), &table.accel);
-        }
+        let seen = config
+            .motion_bias
+            .then(|| self.bias.follow(&self.rotation, &table.accel));
         if at_rest && config.rest_bias {
             self.bias.at_rest(&self.rest.mean_gyro(), clip, noise);
-        } else if config.motion_bias {
-            self.bias.in_motion(tilt, clip, noise);
+        } else if let Some(seen) = seen {
+            self.bias.in_motion(&seen, tilt, clip, noise);
         }
     }
 
@@ -134,7 +133,7 @@ impl InertialFilter {
     /// less often than steps.
     pub fn magnetic(&mut self, mag: &Vector3<f64>) {
         let dt_s = self.since_mag_s;
-        let earth = self.levelled * mag;
+        let earth = self.rotation * mag;
         let flat2 = earth.x * earth.x + earth.y * earth.y;
         let (norm, flat) = ((flat2 + earth.z * earth.z).sqrt(), flat2.sqrt());
         // Along the vertical a field knows no heading.
@@ -147,9 +146,8 @@ impl InertialFilter {
         }
         let mut weight = 1.0;
         if self.config.reject_disturbance {
-            let direction = [flat / norm, -earth.z / norm];
             let (turning, table) = (self.rest.mean_gyro(), &self.field_table);
-            self.field.step(norm, direction, &turning, dt_s, table);
+            self.field.step(norm, flat, -earth.z, &turning, dt_s, table);
             weight = self.field.weight(dt_s);
         }
         let mut share = self.field_table.heading * weight;
@@ -209,15 +207,4 @@ fn table(config: &AttitudeConfig, dt_s: f64) -> StepTable {
         rest: Decay::new(REST_TAU_S, dt_s),
         noise: BiasNoise::new(config, dt_s),
     }
-}
-
-/// The smallest rotation that carries `up`, of length `norm`, to z.
-#[inline]
-fn tilt_to_up(up: &Vector3<f64>, norm: f64) -> Quaternion<f64> {
-    let scalar = norm + up.z;
-    if scalar <= 1e-6 * norm {
-        return Quaternion::new(0.0, 1.0, 0.0, 0.0);
-    }
-    let scale = 1.0 / (2.0 * norm * scalar).sqrt();
-    Quaternion::new(scalar * scale, up.y * scale, -up.x * scale, 0.0)
 }

@@ -81,7 +81,7 @@ const NEAR_ANCHOR: f64 = 0.1;
 impl DipAnchor {
     /// The angle of a direction (cosine, sine), rad.
     #[inline]
-    fn dip(&mut self, [cos, sin]: [f64; 2]) -> f64 {
+    fn dip(&mut self, cos: f64, sin: f64) -> f64 {
         let by = angle(
             sin * self.cos - cos * self.sin,
             cos * self.cos + sin * self.sin,
@@ -127,17 +127,20 @@ impl FieldJudge {
         }
     }
 
-    /// The next field: its norm and the cosine and sine of its dip; `mean_gyro` is the rate of the
-    /// turning body, rad/s.
+    /// The next field: its norm, and the parts of it that lie flat and point down; `mean_gyro` is the
+    /// rate of the turning body, rad/s.
+    #[inline]
     pub fn step(
         &mut self,
         norm: f64,
-        direction: [f64; 2],
+        flat: f64,
+        down: f64,
         mean_gyro: &Vector3<f64>,
         dt_s: f64,
         table: &FieldTable,
     ) {
-        let dip = self.anchor.dip(direction);
+        let scale = 1.0 / norm;
+        let dip = self.anchor.dip(flat * scale, down * scale);
         let [norm, dip] = self.low_pass.step(&[norm, dip], &table.low_pass);
         let now = Field { norm, dip };
         let share = table.follow;

@@ -15,6 +15,7 @@ mod rest;
 mod small_angle;
 #[cfg(test)]
 mod tests;
+mod tilt;
 mod visual;
 
 pub use batch::AttitudeRun;

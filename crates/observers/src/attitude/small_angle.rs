@@ -14,10 +14,25 @@ const SMALL_HALF_2: f64 = 0.01;
 pub fn turn(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     let h2 = 0.25 * vector.norm_squared();
     if h2 > SMALL_HALF_2 {
-        return so3::exp(vector);
+        return large_turn(vector);
     }
     let (sinc, cos) = sinc_cos(h2);
     UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, vector * (0.5 * sinc)))
+}
+
+#[cold]
+fn large_turn(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
+    so3::exp(vector)
+}
+
+#[cold]
+fn large_angle(sin: f64, cos: f64) -> f64 {
+    sin.atan2(cos)
+}
+
+#[cold]
+fn far_from_unit(q: Quaternion<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_quaternion(q)
 }
 
 /// `sin(h) / h` and `cos(h)` from `h^2` up to 0.01.
@@ -34,7 +49,7 @@ fn sinc_cos(h2: f64) -> (f64, f64) {
 #[inline]
 pub fn angle(sin: f64, cos: f64) -> f64 {
     if cos <= 0.0 || sin.abs() > SMALL_SINE {
-        return sin.atan2(cos);
+        return large_angle(sin, cos);
     }
     let s2 = sin * sin;
     let s4 = s2 * s2;
@@ -51,7 +66,7 @@ pub fn renormalised(q: Quaternion<f64>) -> UnitQuaternion<f64> {
     if (square - 1.0).abs() < 1e-4 {
         UnitQuaternion::new_unchecked(q * (1.5 - 0.5 * square))
     } else {
-        UnitQuaternion::from_quaternion(q)
+        far_from_unit(q)
     }
 }
 
