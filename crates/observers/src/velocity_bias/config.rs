@@ -67,6 +67,10 @@ pub struct VelocityBiasConfig {
     pub readout_s: f64,
     /// How well stamps of images and velocities agree, seconds (standard deviation).
     pub timing_sigma_s: f64,
+    /// After longer steps the images before are of no use, seconds.
+    pub max_gap_s: f64,
+    /// Largest angular velocity that can be measured, rad/s (2000 deg/s is common).
+    pub angular_limit_rad_s: f64,
     /// Images are binned until they are at most this wide, pixels.
     pub max_width: usize,
     /// Part of the image, from its border inwards, over which the window falls to zero.
@@ -86,6 +90,8 @@ impl Default for VelocityBiasConfig {
             angular_bias_sigma: 0.2,
             readout_s: 0.0,
             timing_sigma_s: 0.0,
+            max_gap_s: 0.5,
+            angular_limit_rad_s: 34.9,
             max_width: 160,
             window_border: 0.15,
         }
@@ -106,6 +112,8 @@ impl VelocityBiasConfig {
             ("angular_sigma", self.angular_sigma),
             ("linear_bias_sigma", self.linear_bias_sigma),
             ("angular_bias_sigma", self.angular_bias_sigma),
+            ("max_gap_s", self.max_gap_s),
+            ("angular_limit_rad_s", self.angular_limit_rad_s),
             ("max_width", self.max_width as f64),
         ] {
             positive(name, value)?;

@@ -143,6 +143,11 @@ impl FieldObserver {
         Ok(())
     }
 
+    /// The images are the first ones once more; the biases stay.
+    pub fn restart(&mut self, images: Images) {
+        self.fields = Some((self.windowed(&images), images));
+    }
+
     /// X = phi y and Lambda = phi D. Thesis: section 5.4.1.
     fn windowed(&self, images: &Images) -> [Plane<f32>; 2] {
         let phi = self.window.values();

@@ -70,13 +70,11 @@ impl Tracking {
         mean_range: f64,
         dt_s: f64,
     ) -> Result<Matrix6<f64>, Status> {
-        let (w, v) = (velocity.angular_rad_s, velocity.linear_m_s);
-        if v.is_some() && !self.linear_measured {
+        if velocity.linear_m_s.is_some() && !self.linear_measured {
             self.linear_measured = true;
             self.known.begin_linear();
         }
-        let v = v.unwrap_or_default();
-        let measured = Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z);
+        let measured = stacked(velocity);
         let linear = velocity.linear_m_s.is_some();
         if self.references.is_empty() {
             let twist = measured - self.known.bias();
@@ -115,6 +113,31 @@ impl Tracking {
         Ok(found.information)
     }
 
+    /// Images that cannot be aligned: the motion meanwhile is that of the velocities alone.
+    pub fn coast(&mut self, velocity: &ImageVelocity, dt_s: f64) {
+        if !self.references.is_empty() {
+            let linear = velocity.linear_m_s.is_some();
+            self.known.predict(&stacked(velocity), linear, dt_s);
+        }
+    }
+
+    /// What came before is of no use any more.
+    pub fn restart(
+        &mut self,
+        grid: &SphereGrid,
+        image: Sloped,
+        velocity: &ImageVelocity,
+        mean_range: f64,
+    ) {
+        let measured = stacked(velocity);
+        let twist = if measured.iter().all(|m| m.is_finite()) {
+            measured - self.known.bias()
+        } else {
+            Vector6::zeros()
+        };
+        self.begin(grid, image, &twist, &self.common_noise(&twist, mean_range));
+    }
+
     /// The image becomes the only reference.
     fn begin(
         &mut self,
@@ -141,6 +164,15 @@ impl Tracking {
         let v = square(3) * variance + (self.floor_rad * mean_range).powi(2);
         Matrix6::from_diagonal(&Vector6::new(a, a, a, v, v, v))
     }
+}
+
+/// [angular, linear], zero where none was measured.
+fn stacked(velocity: &ImageVelocity) -> Vector6<f64> {
+    let (w, v) = (
+        velocity.angular_rad_s,
+        velocity.linear_m_s.unwrap_or_default(),
+    );
+    Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z)
 }
 
 /// Aligned where readings and images together are best: warped again while that moves the image.
