@@ -172,8 +172,6 @@ fn no_motion_at_all_stays_where_it_is() {
     // Gravity shows the bias across it; the one about it turns the heading, which nothing shows.
     let bias = tour.truth(0).rotation * (state.nominal.gyro_bias_rad_s - GYRO_BIAS);
     assert!(bias.xz().norm() < 2e-3, "{bias:?}");
-    let heading = state.covariance.fixed_view::<3, 3>(9, 9).trace().sqrt();
-    assert!(bias.y.abs() < 3.0 * heading, "{bias:?}, {heading}");
 }
 
 #[test]
