@@ -12,6 +12,7 @@ use sphereflow_sphere::{Camera, SphereGrid};
 
 mod bad_input;
 mod bad_table;
+mod covariance;
 mod information;
 mod observer;
 
