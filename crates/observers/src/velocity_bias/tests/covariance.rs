@@ -14,6 +14,10 @@ fn normalised_errors(seed: u64, noise: Noise, seconds: usize) -> Vec<[f64; 3]> {
     let config = VelocityBiasConfig {
         linear_sigma: noise.linear,
         angular_sigma: noise.angular,
+        // The biases are constant: forgetting would be doubt about nothing.
+        forget_s: 100.0,
+        // Neither lens nor blur: what is left is interpolation.
+        shared_error_px: 0.03,
         ..VelocityBiasConfig::default()
     };
     let mut estimator = VelocityBiasEstimator::new(&camera, config).unwrap();
