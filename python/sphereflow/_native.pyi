@@ -1023,7 +1023,7 @@ class VelocityBiasEstimator:
         max_width: int = 160,
         readout_s: float = 0.0,
         timing_sigma_s: float = 0.0,
-        shared_error_px: float = 0.6,
+        shared_error_px: float = 1.5,
         max_gap_s: float = 0.5,
         angular_limit_rad_s: float | None = None,
     ) -> VelocityBiasEstimator: ...

@@ -127,7 +127,7 @@ impl PyVelocityBiasEstimator {
         k_omega = 1e-5, lambda_y = 1.0, lambda_d = 5000.0, rate_per_s = 1.0, forget_s = 3.0,
         linear_sigma = 0.01, angular_sigma = 1e-3,
         linear_bias_sigma = 3.0, angular_bias_sigma = 0.2, max_width = 160, readout_s = 0.0,
-        timing_sigma_s = 0.0, shared_error_px = 0.6, max_gap_s = 0.5,
+        timing_sigma_s = 0.0, shared_error_px = 1.5, max_gap_s = 0.5,
         angular_limit_rad_s = None))]
     #[allow(clippy::too_many_arguments)]
     fn new(

@@ -94,7 +94,7 @@ impl Default for VelocityBiasConfig {
             angular_bias_sigma: 0.2,
             readout_s: 0.0,
             timing_sigma_s: 0.0,
-            shared_error_px: 0.6,
+            shared_error_px: 1.5,
             max_gap_s: 0.5,
             angular_limit_rad_s: 34.9,
             max_width: 160,
