@@ -32,11 +32,18 @@ impl InverseDepth {
     /// dropped. Allocates only where the size has grown.
     ///
     /// The inverse depth of a plane is linear in the pixels of an undistorted camera, so that its
-    /// mean is exactly the value at the block's centre.
-    pub(crate) fn average(&mut self, image: &DepthImage<'_>, rule: BlockRule) {
+    /// mean is exactly the value at the block's centre. Where `depth_per_range` is given, one number a
+    /// pixel, depths are averaged as ranges.
+    pub(crate) fn average(
+        &mut self,
+        image: &DepthImage<'_>,
+        depth_per_range: Option<&[f32]>,
+        rule: BlockRule,
+    ) {
         let (width, height) = image.size();
         let (columns, rows) = (width / rule.block, height / rule.block);
-        self.axis = image.axis();
+        let factors = depth_per_range.filter(|_| image.axis() == Axis::Optical);
+        self.axis = factors.map_or(image.axis(), |_| Axis::Ray);
         self.values.resize(columns * rows, f32::NAN);
         let metres = image.metres();
         let arch = pulp::Arch::new();
@@ -46,8 +53,17 @@ impl InverseDepth {
             .enumerate()
             .for_each(|(y, out)| {
                 let start = y * rule.block * width;
-                let lines = &metres[start..start + rule.block * width];
-                arch.dispatch(|| average_row(lines, width, rule, out));
+                let pixels = start..start + rule.block * width;
+                let metres = &metres[pixels.clone()];
+                arch.dispatch(BlockRow {
+                    values: match factors {
+                        None => Values::Metres(metres),
+                        Some(factors) => Values::Scaled(metres, &factors[pixels]),
+                    },
+                    width,
+                    rule,
+                    out,
+                });
             });
     }
 
@@ -106,12 +122,15 @@ impl InverseDepth {
         let columns = width / rule.block;
         self.axis = fine.axis;
         self.values.resize(columns * rows, f32::NAN);
+        let arch = pulp::Arch::new();
         for (y, out) in self.values.chunks_mut(columns).enumerate() {
             let start = y * rule.block * width;
-            let lines = &fine.values[start..start + rule.block * width];
-            for (x, value) in out.iter_mut().enumerate() {
-                *value = block_mean(lines, x * rule.block, width, rule);
-            }
+            arch.dispatch(BlockRow {
+                values: Values::Inverse(&fine.values[start..start + rule.block * width]),
+                width,
+                rule,
+                out,
+            });
         }
     }
 
@@ -134,41 +153,56 @@ impl InverseDepth {
     }
 }
 
-/// Mean of a block of inverse depths that begins in column `first`; NaN where unknown.
-fn block_mean(lines: &[f32], first: usize, width: usize, rule: BlockRule) -> f32 {
-    let (mut sum, mut known) = (0.0, 0.0);
-    let (mut low, mut high) = (f32::INFINITY, 0.0_f32);
-    for line in lines.chunks(width) {
-        for &value in &line[first..first + rule.block] {
-            if value > 0.0 {
-                sum += value;
-                known += 1.0;
-                low = low.min(value);
-                high = high.max(value);
-            }
-        }
-    }
-    let mean = sum / known;
-    let enough = known >= rule.known_share * (rule.block * rule.block) as f32;
-    if enough && high - low <= rule.max_spread * mean {
-        mean
-    } else {
-        f32::NAN
-    }
+/// What is averaged.
+#[derive(Clone, Copy)]
+enum Values<'a> {
+    /// Distances.
+    Metres(&'a [f32]),
+    /// Distances, and factors of their inverse.
+    Scaled(&'a [f32], &'a [f32]),
+    /// Inverse distances.
+    Inverse(&'a [f32]),
 }
 
-#[inline(always)]
-fn average_row(pixels: &[f32], width: usize, rule: BlockRule, out: &mut [f32]) {
-    let per_strip = STRIP / rule.block;
-    for (strip, out) in out.chunks_mut(per_strip).enumerate() {
-        let x = strip * per_strip * rule.block;
-        let count = out.len() * rule.block;
-        let mut columns = Columns::new();
-        for row in 0..rule.block {
-            columns.add(&pixels[row * width + x..][..count]);
-        }
-        for (k, value) in out.iter_mut().enumerate() {
-            *value = columns.mean(k * rule.block, rule);
+/// One row of blocks. A struct instead of a closure: only so is the body compiled for the processor
+/// at hand.
+struct BlockRow<'a> {
+    values: Values<'a>,
+    width: usize,
+    rule: BlockRule,
+    out: &'a mut [f32],
+}
+
+impl pulp::WithSimd for BlockRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let block = self.rule.block;
+        let per_strip = STRIP / block;
+        for (strip, out) in self.out.chunks_mut(per_strip).enumerate() {
+            let x = strip * per_strip * block;
+            let mut columns = Columns::new();
+            for row in 0..block {
+                let start = row * self.width + x;
+                let pixels = start..start + out.len() * block;
+                match self.values {
+                    Values::Metres(metres) => columns.add(&metres[pixels], |_, m| 1.0 / m),
+                    Values::Scaled(metres, factors) => {
+                        let factors = &factors[pixels.clone()];
+                        columns.add(&metres[pixels], |k, m| factors[k] / m);
+                    }
+                    Values::Inverse(values) => columns.add(&values[pixels], |_, v| v),
+                }
+            }
+            let means = match block {
+                // constants, so that the compiler can unroll them
+                2 => columns.means(2, self.rule),
+                4 => columns.means(4, self.rule),
+                8 => columns.means(8, self.rule),
+                _ => columns.means(block, self.rule),
+            };
+            out.copy_from_slice(&means[..out.len()]);
         }
     }
 }
@@ -191,16 +225,17 @@ impl Columns {
         }
     }
 
+    /// Adds a row of the values' inverse distances.
     #[inline(always)]
-    fn add(&mut self, metres: &[f32]) {
+    fn add(&mut self, values: &[f32], inverse: impl Fn(usize, f32) -> f32) {
         let columns = self
             .sum
             .iter_mut()
             .zip(&mut self.known)
             .zip(self.low.iter_mut().zip(&mut self.high));
-        for (&depth, ((sum, known), (low, high))) in metres.iter().zip(columns) {
-            let is_known = depth > 0.0; // false for NaN
-            let inverse = 1.0 / depth;
+        for ((k, &value), ((sum, known), (low, high))) in values.iter().enumerate().zip(columns) {
+            let inverse = inverse(k, value);
+            let is_known = (value > 0.0) & (inverse > 0.0); // false for NaN
             let (value, bottom) = if is_known {
                 (inverse, inverse)
             } else {
@@ -213,25 +248,32 @@ impl Columns {
         }
     }
 
+    /// Means of the strip's blocks, NaN where unknown.
     #[inline(always)]
-    fn mean(&self, first: usize, rule: BlockRule) -> f32 {
-        let columns = first..first + rule.block;
-        let known: f32 = self.known[columns.clone()].iter().sum();
-        let sum: f32 = self.sum[columns.clone()].iter().sum();
-        let low = self.low[columns.clone()]
-            .iter()
-            .copied()
-            .fold(f32::INFINITY, f32::min);
-        let high = self.high[columns].iter().copied().fold(0.0, f32::max);
-        let mean = sum / known;
-        let pixels = (rule.block * rule.block) as f32;
-        let good = known >= 1.0 && known >= rule.known_share * pixels;
-        if good && high - low <= rule.max_spread * mean {
-            mean
-        } else {
-            f32::NAN
+    fn means(&self, block: usize, rule: BlockRule) -> [f32; STRIP] {
+        let known = merged(&self.known, block, |a, b| a + b);
+        let sum = merged(&self.sum, block, |a, b| a + b);
+        let low = merged(&self.low, block, |a, b| if b < a { b } else { a });
+        let high = merged(&self.high, block, |a, b| if b > a { b } else { a });
+        let least = (rule.known_share * (block * block) as f32).max(1.0);
+        let mut means = [f32::NAN; STRIP];
+        for k in 0..STRIP {
+            let mean = sum[k] / known[k];
+            let good = (known[k] >= least) & (high[k] - low[k] <= rule.max_spread * mean);
+            means[k] = if good { mean } else { f32::NAN };
         }
+        means
     }
+}
+
+/// Neighbouring columns of each block as one.
+#[inline(always)]
+fn merged(columns: &[f32; STRIP], block: usize, merge: impl Fn(f32, f32) -> f32) -> [f32; STRIP] {
+    let mut out = [0.0; STRIP];
+    for (out, columns) in out.iter_mut().zip(columns.chunks_exact(block)) {
+        *out = columns[1..].iter().fold(columns[0], |a, &b| merge(a, b));
+    }
+    out
 }
 
 #[cfg(test)]
@@ -248,7 +290,7 @@ mod tests {
     fn averaged(f: impl FnMut(usize, usize) -> f32) -> InverseDepth {
         let map = DepthMap::new(Plane::from_fn(134, 9, f));
         let mut out = InverseDepth::default();
-        out.average(&DepthImage::from(&map), RULE);
+        out.average(&DepthImage::from(&map), None, RULE);
         out
     }
 

@@ -1,10 +1,12 @@
 //! The velocity between two depth images, with its covariance and status.
 
 use crate::Result;
-use crate::align::{Aligner, Alignment, Task, size_m};
+use crate::align::{Aligner, Alignment, Task};
 use crate::brightness::GreyPyramid;
 use crate::config::Config;
 use crate::depth_image::DepthImage;
+use crate::dissent::Dissent;
+use crate::motion::size_m;
 use crate::motion::{pose_from_twist, twist_from_pose};
 use crate::observability::WeakDirection;
 use crate::pyramid::FramePyramid;
@@ -300,11 +302,26 @@ pub(crate) fn keyframe_covariance(config: &Config, alignment: &Alignment) -> Mat
         + doubt(alignment, 1.0)
 }
 
+/// Standard deviation by which each of two motions may be drawn aside, as a share of their distance.
+const DRAWN_ASIDE: f64 = 0.15;
+
 /// Where the scene moves as two, the motion sought may be either's: the part of a mixture's covariance
-/// that is due to their distance.
+/// that is due to their distance. Either is drawn aside by the domains of the other, in any direction.
 fn doubt(alignment: &Alignment, dt_s: f64) -> Matrix6<f64> {
-    let step = alignment.dissent.step / dt_s;
-    step * step.transpose() * alignment.dissent.share
+    let Dissent { share, step } = alignment.dissent;
+    let step = step / dt_s;
+    let range_m = alignment.solution.mean_range_m;
+    let aside = (DRAWN_ASIDE * size_m(&step, range_m)).powi(2);
+    share * (step * step.transpose() + of_metres(aside, range_m))
+}
+
+/// Covariance of `[omega, v]` with the same variance in all directions, m^2/s^2, where rotation counts
+/// at the mean range.
+fn of_metres(variance: f64, range_m: f64) -> Matrix6<f64> {
+    let angular = variance / (range_m * range_m);
+    Matrix6::from_diagonal(&Vector6::new(
+        angular, angular, angular, variance, variance, variance,
+    ))
 }
 
 fn status(config: &Config, alignment: &Alignment, twist: &Twist) -> TrackStatus {
@@ -361,8 +378,5 @@ fn covariance_floor(config: &Config, twist: &Twist, dt_s: f64, range_m: f64) -> 
     let model = &config.covariance;
     let moved = size_m(&(twist.vector() * dt_s), range_m);
     let linear = ((model.floor_m + model.motion_share * moved) / dt_s).powi(2);
-    let angular = linear / (range_m * range_m);
-    Matrix6::from_diagonal(&Vector6::new(
-        angular, angular, angular, linear, linear, linear,
-    ))
+    of_metres(linear, range_m)
 }

@@ -16,6 +16,7 @@ mod error;
 mod estimate;
 mod graph;
 mod information;
+mod inside;
 mod keyframe;
 mod motion;
 mod noise_model;

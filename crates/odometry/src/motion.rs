@@ -1,5 +1,6 @@
 //! Twists and rigid motions: the exponential and logarithm of SE(3).
 
+use nalgebra::Vector6;
 use sphereflow_core::{Pose, Twist};
 use sphereflow_sphere::lie::se3;
 
@@ -13,6 +14,11 @@ pub fn pose_from_twist(twist: &Twist, dt_s: f64) -> Pose {
 /// Rotations up to pi.
 pub fn twist_from_pose(start_from_end: &Pose, dt_s: f64) -> Twist {
     Twist::from_vector(&(se3::log(start_from_end) / dt_s))
+}
+
+/// A motion in metres: rotation counts at the scene's mean range.
+pub(crate) fn size_m(motion: &Vector6<f64>, range_m: f64) -> f64 {
+    motion.fixed_rows::<3>(3).norm() + range_m * motion.fixed_rows::<3>(0).norm()
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use crate::depth_image::DepthImage;
 use crate::plane_projection::PlaneProjection;
 use crate::sphere_table::SphereTable;
 use crate::tiling::Tiling;
+use nalgebra::Vector2;
 use sphereflow_core::Error;
 use sphereflow_sphere::Camera;
 
@@ -35,6 +36,9 @@ pub(crate) struct LevelStack {
     pub(crate) finest_block: usize,
     rule: BlockRule,
     max_bend: f32,
+    /// Depth along the axis over range of each pixel, for cameras without an image plane: towards 90
+    /// degrees off the axis inverse depths grow beyond all bounds, inverse ranges do not.
+    depth_per_range: Option<Vec<f32>>,
     pub(crate) levels: Vec<Level>,
 }
 
@@ -91,6 +95,9 @@ impl LevelStack {
                 max_spread: config.max_jump as f32,
             },
             max_bend: config.max_bend as f32,
+            depth_per_range: PlaneProjection::new(camera)
+                .is_none()
+                .then(|| depth_per_range(camera)),
             levels,
         })
     }
@@ -109,7 +116,7 @@ impl LevelStack {
             return Err(Error::shape(argument, expected, format!("{w}x{h} pixels")).into());
         }
         out.levels.resize_with(self.levels.len(), Default::default);
-        out.levels[0].average(image, self.rule);
+        out.levels[0].average(image, self.depth_per_range.as_deref(), self.rule);
         self.coarsen(out);
         self.cut_edges(out);
         Ok(())
@@ -140,6 +147,19 @@ impl LevelStack {
             level.average_of(&finest[0], self.levels[0].table.width, rule);
         }
     }
+}
+
+/// Cosine of the angle off the axis, pixel by pixel; NaN where the camera sees nothing.
+fn depth_per_range(camera: &Camera) -> Vec<f32> {
+    let (width, height) = (camera.width(), camera.height());
+    let pixels = (0..width * height).map(|i| Vector2::new((i % width) as f64, (i / width) as f64));
+    pixels
+        .map(|pixel| {
+            camera
+                .unproject(&pixel)
+                .map_or(f32::NAN, |ray| ray.normalize().z as f32)
+        })
+        .collect()
 }
 
 /// An edge must stand out of the noise by this factor to be seen.

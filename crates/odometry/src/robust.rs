@@ -2,6 +2,7 @@
 
 use crate::config::Config;
 use crate::dissent::{self, Dissent, Found};
+use crate::motion::size_m;
 use crate::observability::{Cut, Spectrum};
 use crate::tiling::Tiling;
 use crate::weak_form::CellSums;
@@ -11,8 +12,16 @@ use nalgebra::{Matrix6, Vector6};
 const CAUCHY: f64 = 2.385;
 /// Sigma of a normal distribution over its median absolute deviation.
 pub(crate) const SIGMA_PER_MAD: f64 = 1.4826;
-/// Exact data must not turn rounding errors into outliers: smallest scale in units of the noise.
-const SMALLEST_SCALE: f64 = 1e-4;
+/// Smallest scale in units of the noise. On exact data the median residual is that of rounding on the
+/// largest plane; weights that sharp hold the solve at whatever it began with, in the directions that
+/// few domains determine.
+const SMALLEST_SCALE: f64 = 1e-3;
+/// Below this scale, in units of the noise, data count as free of it. The weights then span orders of
+/// magnitude and settle slowly, so that further solves follow until a step is this share of what the
+/// noise would move the scene.
+const CLEAN_SCALE: f64 = 0.05;
+const CLEAN_STEP: f64 = 1e-3;
+const CLEAN_SWEEPS: usize = 24;
 /// On depth without noise the domains of the largest plane fit exactly and would alone have a
 /// weight, but a plane determines three of the six velocities only: every domain keeps this share
 /// of the weight that it has at the level of the noise. Small, as creases bias their domains.
@@ -182,8 +191,14 @@ impl RobustSolver {
         let noise = config.domain_noise;
         let mut twist = start;
         let mut step = None;
-        for _ in 0..config.sweeps {
+        let still_m = CLEAN_STEP * noise * self.mean_range_m * self.mean_range_m;
+        let mut moved_m = f64::INFINITY;
+        for sweep in 0..config.sweeps + CLEAN_SWEEPS {
             let scale = self.scale(&twist).max(SMALLEST_SCALE * noise);
+            let clean = scale < CLEAN_SCALE * noise && moved_m > still_m;
+            if sweep >= config.sweeps && (config.sweeps == 0 || !clean) {
+                break;
+            }
             let previous = twist;
             // What is observable is judged at the level of the noise: on data without noise the
             // scale is tiny, and a few domains that happen to fit exactly would seem to be all.
@@ -192,6 +207,7 @@ impl RobustSolver {
                 (cauchy(row, &previous, scale) + LEAST_SHARE * blunt, blunt)
             });
             twist = found.twist;
+            moved_m = size_m(&(twist - previous), self.mean_range_m);
             step = Some(found);
         }
         let step = step.unwrap_or_else(|| self.weighted(config, prior, noise, |_| (1.0, 1.0)));

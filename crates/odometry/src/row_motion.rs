@@ -35,7 +35,7 @@ pub(crate) struct RowMotion {
 }
 
 /// `x -> rotation x + translation`, rows first.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Rigid {
     pub(crate) rotation: [[f32; 3]; 3],
     pub(crate) translation: [f32; 3],
@@ -49,6 +49,19 @@ impl Rigid {
             rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|j| m[(i, j)] as f32)),
             translation: [t.x as f32, t.y as f32, t.z as f32],
         }
+    }
+
+    /// Entry by entry, times a factor.
+    #[inline(always)]
+    pub(crate) fn minus(&self, other: &Self, factor: f32) -> Self {
+        let mut out = *self;
+        for i in 0..3 {
+            for j in 0..3 {
+                out.rotation[i][j] = (self.rotation[i][j] - other.rotation[i][j]) * factor;
+            }
+            out.translation[i] = (self.translation[i] - other.translation[i]) * factor;
+        }
+        out
     }
 
     /// `rotation v`.

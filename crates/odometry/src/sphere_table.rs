@@ -29,6 +29,8 @@ pub(crate) struct SphereTable {
     pub(crate) plane: Vec<[f32; 2]>,
     /// Solid angle of each block, steradian; NaN where the camera does not see all of it.
     pub(crate) area: Vec<f32>,
+    /// Solid angle times the ray of the block's inverse range, component by component.
+    pub(crate) area_ray: [Vec<f32>; 3],
     /// Edge to the left of block `(x, y)` at `y * (width + 1) + x`.
     pub(crate) left: Vec<Edge>,
     /// Edge above block `(x, y)` at `y * width + x`, with one more row at the bottom.
@@ -72,6 +74,7 @@ impl SphereTable {
             along_ray: BlockRays::new(camera, block, size, |ray| ray),
             plane: Vec::new(),
             area: grid.solid_angle().iter().map(|&a| a as f32).collect(),
+            area_ray: Default::default(),
             left: Vec::with_capacity((width + 1) * height),
             top: Vec::with_capacity(width * (height + 1)),
         };
@@ -79,6 +82,8 @@ impl SphereTable {
         table.plane = optical
             .map(|(ray, length)| [ray[0] * length, ray[1] * length])
             .collect();
+        let rays = table.along_ray.direction.iter().zip(&table.area);
+        table.area_ray = [0, 1, 2].map(|k| rays.clone().map(|(ray, area)| ray[k] * area).collect());
         for y in 0..=height {
             if y < height {
                 table

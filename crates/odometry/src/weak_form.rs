@@ -16,7 +16,7 @@
 //! for F = D^3. The noise of depth cameras is uniform in gamma, and far walls do not rule the sums.
 
 use crate::binning::InverseDepth;
-use crate::depth_image::Axis;
+use crate::inside::Inside;
 use crate::sphere_table::{Edge, SphereTable};
 use crate::tiling::Tiling;
 
@@ -39,22 +39,45 @@ impl Pair {
     ) {
         self.mean.resize(table.area.len(), f32::NAN);
         self.half.resize(table.area.len(), f32::NAN);
-        let (rays0, rays1) = (table.rays(first.axis), table.rays(second.axis));
-        let lengths = rays0.length.iter().zip(&rays1.length).zip(&table.area);
-        let inputs = first.values.iter().zip(&second.values).zip(lengths);
-        let outputs = self.mean.iter_mut().zip(&mut self.half);
-        for (((&a, &b), ((length_a, length_b), area)), (mean, half)) in inputs.zip(outputs) {
-            let seen = 0.0 * area; // NaN outside the camera's view
-            let (a, b) = (a / length_a, b / length_b);
-            *mean = 0.5 * (a + b) + seen;
-            *half = 0.5 * (b - a) + seen;
-        }
+        pulp::Arch::new().dispatch(FillPair {
+            values: [&first.values, &second.values],
+            lengths: [first, second].map(|image| &table.rays(image.axis).length[..]),
+            area: &table.area,
+            pair: self,
+        });
     }
 
     /// Share of rays known in both images.
     pub(crate) fn known_share(&self) -> f64 {
         let known = self.mean.iter().filter(|v| v.is_finite()).count();
         known as f64 / self.mean.len().max(1) as f64
+    }
+}
+
+/// A struct instead of a closure: only so is the body compiled for the processor at hand.
+struct FillPair<'a> {
+    values: [&'a [f32]; 2],
+    lengths: [&'a [f32]; 2],
+    area: &'a [f32],
+    pair: &'a mut Pair,
+}
+
+impl pulp::WithSimd for FillPair<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let [first, second] = self.values;
+        let [length0, length1] = self.lengths;
+        let lengths = length0.iter().zip(length1).zip(self.area);
+        let inputs = first.iter().zip(second).zip(lengths);
+        let outputs = self.pair.mean.iter_mut().zip(&mut self.pair.half);
+        for (((&a, &b), ((length0, length1), area)), (mean, half)) in inputs.zip(outputs) {
+            let seen = 0.0 * area; // NaN outside the camera's view
+            let (a, b) = (a / length0, b / length1);
+            *mean = 0.5 * (a + b) + seen;
+            *half = 0.5 * (b - a) + seen;
+        }
     }
 }
 
@@ -82,66 +105,42 @@ pub(crate) struct WeakForm<'a> {
     pub(crate) max_jump: f32,
 }
 
+/// A struct instead of a closure: only so is the body compiled for the processor at hand.
+struct AddAll<'a>(&'a WeakForm<'a>, &'a mut [CellSums], &'a mut Inside);
+
+impl pulp::WithSimd for AddAll<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.0.add_all(self.1, self.2);
+    }
+}
+
 impl WeakForm<'_> {
     /// All sums of all domains, in one pass. The contour takes the mean of both images of gamma
-    /// and of gamma^2 (trapezoid rule in time).
+    /// and of gamma^2 (trapezoid rule in time). `inside` is working memory.
     ///
     /// Thesis: eq. (6.2), eq. (6.3), with gamma in the place of D^3.
-    pub(crate) fn accumulate(&self, sums: &mut Vec<CellSums>) {
+    pub(crate) fn accumulate(&self, sums: &mut Vec<CellSums>, inside: &mut Inside) {
         sums.clear();
         sums.resize(self.tiling.cells, CellSums::default());
-        pulp::Arch::new().dispatch(|| self.add_all(sums));
+        pulp::Arch::new().dispatch(AddAll(self, sums, inside));
     }
 
     #[inline(always)]
-    fn add_all(&self, sums: &mut [CellSums]) {
+    fn add_all(&self, sums: &mut [CellSums], inside: &mut Inside) {
+        let tiling = self.tiling;
+        inside.start(self.table.width);
         for y in 0..self.table.height {
-            self.add_insides(y, sums);
+            inside.add(self, y);
+            if tiling.row.get(y + 1) != Some(&tiling.row[y]) {
+                inside.finish(tiling, tiling.row[y], sums);
+            }
             self.add_upright_edges(y, sums);
         }
         for y in 0..=self.table.height {
             self.add_level_edges(y, sums);
-        }
-    }
-
-    #[inline(always)]
-    fn add_insides(&self, y: usize, sums: &mut [CellSums]) {
-        let (width, row) = (self.table.width, self.tiling.row[y]);
-        let mut x = 0;
-        while x < width {
-            let column = self.tiling.column[x];
-            let mut sum = CellSums::default();
-            while x < width && self.tiling.column[x] == column {
-                let i = y * width + x;
-                self.add_inside(i, &mut sum);
-                x += 1;
-            }
-            let cell = &mut sums[(row + column) as usize];
-            cell.change += sum.change;
-            cell.area += sum.area;
-            cell.gamma += sum.gamma;
-            cell.count += sum.count;
-            for k in 3..6 {
-                cell.coefficients[k] += sum.coefficients[k];
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn add_inside(&self, i: usize, sum: &mut CellSums) {
-        let mean = self.pair.mean[i];
-        if mean.is_nan() {
-            return;
-        }
-        let (half, area) = (self.pair.half[i], self.table.area[i]);
-        let ray = self.table.rays(Axis::Ray).direction[i];
-        let source = 2.0 * (mean * mean + half * half) * area;
-        sum.change += f64::from(2.0 * half * area);
-        sum.area += f64::from(area);
-        sum.gamma += f64::from(mean * area);
-        sum.count += 1;
-        for (sum, eta) in sum.coefficients[3..].iter_mut().zip(ray) {
-            *sum += f64::from(source * eta);
         }
     }
 

@@ -110,7 +110,7 @@ fn accumulate_equals_a_loop_around_every_block() {
                 pair: &pair,
                 max_jump: MAX_JUMP,
             }
-            .accumulate(&mut fast);
+            .accumulate(&mut fast, &mut crate::inside::Inside::default());
             let slow = Slow {
                 grid: &grid,
                 pair: &pair,

@@ -179,10 +179,8 @@ fn independent() -> Config {
 fn exact_depth_of_rooms_gives_the_velocity() {
     /// m/s and rad/s, medians: ten times the rounding of the depth images.
     const EXACT: f64 = 1e-4;
-    /// Nine in ten: surfaces a centimetre apart, whose edges are below [`Config::max_bend`].
-    const MOST: f64 = 2e-3;
-    /// 1 m/s and more: an object's parallax may reach across a domain.
-    const FAST: f64 = 5e-3;
+    /// Nine in ten: creases bias their domains.
+    const MOST: f64 = 1e-3;
     let config = independent();
     let furnished = Case::furnished(&config).run("furnished, exact");
     assert!(quantile(&furnished.v, 0.5) < EXACT && quantile(&furnished.w, 0.5) < EXACT);
@@ -192,7 +190,7 @@ fn exact_depth_of_rooms_gives_the_velocity() {
         ..Case::furnished(&config)
     }
     .run("furnished, exact, four times as fast");
-    assert!(quantile(&fast.v, 0.9) < FAST && quantile(&fast.w, 0.9) < FAST);
+    assert!(quantile(&fast.v, 0.9) < MOST && quantile(&fast.w, 0.9) < MOST);
     // The floor's corner: a convex room seen ahead shows one wall, which tells half of the motion.
     let convex = Case {
         scene: Scene::thesis_room(),
@@ -238,8 +236,9 @@ fn disparity_noise_in_a_furnished_room_is_near_the_information_bound() {
 
 #[test]
 fn exact_depth_of_other_cameras_is_of_the_same_class() {
-    /// m/s and rad/s, medians.
-    const EXACT: f64 = 1e-3;
+    /// m/s and rad/s, as for the pinhole: medians, and nine in ten.
+    const EXACT: f64 = 1e-4;
+    const MOST: f64 = 1e-3;
     let config = independent();
     let cameras = [
         (
@@ -264,11 +263,13 @@ fn exact_depth_of_other_cameras_is_of_the_same_class() {
     for (name, camera) in cameras {
         let errors = Case {
             camera,
-            pairs: 10,
+            pairs: 24,
             ..Case::furnished(&config)
         }
         .run(name);
         let (v, w) = (quantile(&errors.v, 0.5), quantile(&errors.w, 0.5));
         assert!(v < EXACT && w < EXACT, "{name}: {v} {w}");
+        let (v, w) = (quantile(&errors.v, 0.9), quantile(&errors.w, 0.9));
+        assert!(v < MOST && w < MOST, "{name}: {v} {w}");
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
-use crate::velocity::{Image, matrix6};
+use crate::motion_arguments::{Image, matrix6};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_odometry::{Information, direction_name, information};

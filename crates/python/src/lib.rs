@@ -12,6 +12,7 @@ mod frame;
 mod grid;
 mod imu_bias;
 mod information;
+mod motion_arguments;
 mod navigation;
 mod observers;
 mod odometry;

@@ -2,8 +2,8 @@
 
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, core_error, exception};
+use crate::motion_arguments::{Image, config, deviation, matrix6, reason, vector3, vector3_of};
 use crate::trajectory::{PyTrajectory, pose_matrix};
-use crate::velocity::{Image, config, deviation, matrix6, reason, vector3, vector3_of};
 use nalgebra::{Matrix6, Vector3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;

@@ -4,7 +4,8 @@ use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use crate::trajectory::pose_from;
 
-use crate::velocity::{Image, PyVelocityEstimate};
+use crate::motion_arguments::Image;
+use crate::velocity::PyVelocityEstimate;
 use pyo3::prelude::*;
 use sphereflow_core::Pose;
 use sphereflow_odometry::{RangeFlow, RangeFlowConfig};

@@ -2,9 +2,9 @@
 
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
+use crate::motion_arguments::Image;
 use crate::odometry::PyOdometryResult;
 use crate::recording::PyRecording;
-use crate::velocity::Image;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};

@@ -68,8 +68,8 @@ impl Level {
             known_share: config.block_known_share as f32,
             max_spread: config.max_jump as f32,
         };
-        self.first.average(first, rule);
-        self.second.average(second, rule);
+        self.first.average(first, None, rule);
+        self.second.average(second, None, rule);
         let axis = first.axis();
         if self.fits_of != Some(axis) {
             self.fits = self.plane_fits(axis);

@@ -114,7 +114,7 @@ impl SelfCalibrator {
             known_share: self.odometry_config.block_known_share as f32,
             max_spread: self.odometry_config.max_jump as f32,
         };
-        measured.average(&depth, rule);
+        measured.average(&depth, None, rule);
         self.frames.push(Frame {
             stamp,
             mean_distance_m: mean_distance_m(&measured),

@@ -4,6 +4,7 @@ use super::frames::{Frame, FramePair};
 use super::image_model::ImageModel;
 use super::row_warp::RowWarp;
 use crate::binning::InverseDepth;
+use crate::inside::Inside;
 use crate::motion::pose_from_twist;
 use crate::observability::Spectrum;
 use crate::tiling::Tiling;
@@ -69,6 +70,7 @@ pub(super) struct PairFit<'a> {
     warped: InverseDepth,
     pair: Pair,
     sums: Vec<CellSums>,
+    inside: Inside,
     rows: Vec<Row>,
 }
 
@@ -91,6 +93,7 @@ impl<'a> PairFit<'a> {
             warped: InverseDepth::default(),
             pair: Pair::default(),
             sums: Vec::new(),
+            inside: Inside::default(),
             rows: Vec::new(),
         })
     }
@@ -188,7 +191,7 @@ impl<'a> PairFit<'a> {
             pair: &self.pair,
             max_jump: self.rules.max_jump,
         };
-        form.accumulate(&mut self.sums);
+        form.accumulate(&mut self.sums, &mut self.inside);
         self.rows.clear();
         let share = self.rules.domain_known_share;
         for (cell, (sum, &full)) in self.sums.iter().zip(&self.rules.tiling.full).enumerate() {

@@ -31,7 +31,7 @@ impl RollingShutter {
 
     /// Exposure of row `y` relative to the image's stamp, seconds.
     pub fn row_time_s(&self, y: usize) -> f64 {
-        (y as f64 / self.height as f64 - 0.5) * self.readout_s
+        ((y as f64 + 0.5) / self.height as f64 - 0.5) * self.readout_s
     }
 
     /// Exposure of row `y` of the image stamped `stamp`.
@@ -45,12 +45,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rolling_shutter_middle_row_is_at_the_stamp_and_first_row_half_a_readout_before() {
+    fn rolling_shutter_rows_lie_evenly_about_the_stamp() {
         let shutter = RollingShutter::new(0.03, 480).unwrap();
-        assert_eq!(shutter.row_time_s(240), 0.0);
-        assert_eq!(shutter.row_time_s(0), -0.015);
+        // half a row before and after
+        assert!((shutter.row_time_s(239) + shutter.row_time_s(240)).abs() < 1e-15);
+        assert!((shutter.row_time_s(0) + 0.015 - 0.03 / 960.0).abs() < 1e-15);
         let stamp = Stamp::from_ns(1_000_000_000);
-        assert_eq!(shutter.row_stamp(stamp, 480).ns(), 1_015_000_000);
+        assert_eq!(shutter.row_stamp(stamp, 479).ns(), 1_014_968_750);
         assert_eq!(
             RollingShutter::new(0.0, 480).unwrap().row_stamp(stamp, 7),
             stamp

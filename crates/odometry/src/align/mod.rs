@@ -1,24 +1,27 @@
 //! Alignment of two frames: robust solves of the weak form from coarse to fine, the second image
 //! warped by the estimate before each.
 
+mod overlap;
+mod schedule;
+
 use crate::Result;
 use crate::binning::InverseDepth;
 use crate::brightness::{Brightness, GreyPyramid, Images};
 use crate::config::Config;
 use crate::dissent::Dissent;
+use crate::inside::Inside;
+use crate::motion::size_m;
 use crate::pyramid::{FramePyramid, LevelStack};
 use crate::robust::{Prior, RobustSolver, Solution};
 use crate::row_motion::{self, RollingShutter, RowMotion};
 use crate::warp::Warp;
 use crate::weak_form::{CellSums, Pair, WeakForm};
-use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector6};
+use schedule::{REPEAT, schedule};
 use sphereflow_core::{Pose, Reason, Twist};
 use sphereflow_sphere::Camera;
 use sphereflow_sphere::lie::se3;
 
-/// Further solves where the last one moved more than the one before: noise does that at times, and
-/// one more then settles; a solve that still grows after these has not converged.
-const PATIENCE: usize = 2;
 /// Steps of the warp's fixed point on the finest level and on the others. On the finest, one leaves
 /// the noise of the first image in where the second is looked up, and costs a factor of two in drift
 /// on real recordings; a third gains little.
@@ -31,9 +34,6 @@ const STILL_M: f64 = 5e-3;
 const DOUBTFUL: f64 = 0.08;
 /// Solves of the coarsest level in such a trial.
 const MANY_SOLVES: usize = 8;
-/// Every so many blocks of the coarsest level are looked at for overlap and flow.
-const FLOW_STRIDE: usize = 2;
-
 /// How the second image was read out, as far as known before its motion is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ReadOut {
@@ -103,6 +103,7 @@ pub(crate) struct Aligner {
     rows: Vec<RowMotion>,
     pair: Pair,
     sums: Vec<CellSums>,
+    inside: Inside,
     solver: RobustSolver,
     flows: Vec<f64>,
     brightness: Brightness,
@@ -120,6 +121,7 @@ impl Aligner {
             rows: Vec::new(),
             pair: Pair::default(),
             sums: Vec::new(),
+            inside: Inside::default(),
             solver: RobustSolver::default(),
             flows: Vec::new(),
             brightness: Brightness::default(),
@@ -279,7 +281,7 @@ impl Aligner {
             pair: &self.pair,
             max_jump: config.max_jump as f32,
         }
-        .accumulate(&mut self.sums);
+        .accumulate(&mut self.sums, &mut self.inside);
         let found = self.solver.take(&self.sums, &tables.tiling, config);
         if found < config.min_domains {
             return Err(Reason::FewDomains {
@@ -322,66 +324,6 @@ impl Aligner {
         .fill(&frame.levels[0], &mut self.rows, &mut out.levels[0]);
         self.stack.coarsen(out);
     }
-
-    /// Share of the first image's surface within the second image, and the median displacement in
-    /// pixels of the full image, were the motion `first_from_second`.
-    pub(crate) fn overlap_and_flow(&mut self, first: &FramePyramid, motion: &Pose) -> (f64, f64) {
-        let coarsest = self.coarsest;
-        let (tables, image) = (&self.stack.levels[coarsest], &first.levels[coarsest]);
-        let rays = tables.table.rays(image.axis);
-        let block = (self.stack.finest_block << coarsest) as f64;
-        let second_from_first = motion.inverse();
-        let (mut known, mut inside) = (0_usize, 0_usize);
-        self.flows.clear();
-        let width = tables.table.width;
-        for y in (0..tables.table.height).step_by(FLOW_STRIDE) {
-            for x in (0..width).step_by(FLOW_STRIDE) {
-                let i = y * width + x;
-                let value = image.values[i];
-                if value.is_nan() || value <= 0.0 {
-                    continue;
-                }
-                known += 1;
-                let range = f64::from(rays.length[i] / value);
-                let ray = Vector3::from(rays.direction[i].map(f64::from));
-                let point = second_from_first.transform(&(ray * range));
-                let Some(pixel) = self.camera.project(&point) else {
-                    continue;
-                };
-                if self.camera.contains(&pixel) {
-                    inside += 1;
-                    let from = Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * block;
-                    self.flows.push((pixel - from.add_scalar(-0.5)).norm());
-                }
-            }
-        }
-        if inside == 0 {
-            return (0.0, f64::INFINITY);
-        }
-        let middle = inside / 2;
-        let (_, median, _) = self.flows.select_nth_unstable_by(middle, f64::total_cmp);
-        (inside as f64 / known as f64, *median)
-    }
-}
-
-/// Added to a level of the schedule that is only solved where the steps still grow.
-const REPEAT: usize = 1 << 16;
-
-/// The levels of the solves, one after the other; those beyond [`REPEAT`] only where the last step
-/// was not small, or not smaller than the one before.
-fn schedule(
-    config: &Config,
-    finest: usize,
-    coarsest: usize,
-    coarse_solves: usize,
-) -> impl Iterator<Item = usize> + use<> {
-    let finest = finest.min(coarsest);
-    let coarse = if coarsest > finest { coarse_solves } else { 1 };
-    let down = (finest..coarsest).rev();
-    std::iter::repeat_n(coarsest, coarse)
-        .chain(down)
-        .chain(std::iter::repeat_n(finest, config.warps))
-        .chain(std::iter::repeat_n(finest + REPEAT, PATIENCE))
 }
 
 /// True where another trial may do better: it did not settle, or leaves many domains out.
@@ -410,9 +352,4 @@ fn prior_of_step(task: &Task<'_>, motion: &Pose) -> Prior {
             gradient: information * motion,
         }
     })
-}
-
-/// A motion in metres: rotation counts at the scene's mean range.
-pub(crate) fn size_m(motion: &Vector6<f64>, range_m: f64) -> f64 {
-    motion.fixed_rows::<3>(3).norm() + range_m * motion.fixed_rows::<3>(0).norm()
 }

@@ -1,11 +1,14 @@
 //! The second image as the camera would see it from where the first was taken.
 
+mod plane;
+
 use crate::binning::InverseDepth;
 use crate::depth_image::Axis;
 use crate::plane_projection::PlaneProjection;
 use crate::row_motion::{self, RollingShutter, RowMotion};
 use crate::sphere_table::SphereTable;
 use nalgebra::{Matrix3, Vector2, Vector3};
+use plane::PlaneRow;
 use rayon::prelude::*;
 use sphereflow_core::Pose;
 use sphereflow_sphere::Camera;
@@ -51,76 +54,20 @@ impl Warp<'_> {
         let lines = out.values.par_chunks_mut(width).with_min_len(ROWS);
         let arch = pulp::Arch::new();
         lines.enumerate().for_each(|(y, line)| match plane {
-            Some(plane) => arch.dispatch(|| self.fill_on_plane(plane, rows, first, y, line)),
+            Some(plane) => {
+                let pixels = y * width..y * width + line.len();
+                arch.dispatch(PlaneRow {
+                    warp: self,
+                    plane,
+                    rows,
+                    known: &first.values[pixels.clone()],
+                    points: &self.table.plane[pixels],
+                    y,
+                    out: line,
+                });
+            }
             None => self.fill_on_sphere(rows, first, y, line),
         });
-    }
-
-    /// One row, for cameras with an image plane and depth along the axis, in single precision.
-    #[inline(always)]
-    fn fill_on_plane(
-        &self,
-        plane: &PlaneProjection,
-        rows: &[RowMotion],
-        first: &InverseDepth,
-        y: usize,
-        line: &mut [f32],
-    ) {
-        let start = y * line.len();
-        let known = &first.values[start..start + line.len()];
-        let points = &self.table.plane[start..start + line.len()];
-        // A pixel's row in the second image is nearly that of its neighbour.
-        let last_row = rows.len() - 1;
-        let mut row = y.min(last_row);
-        for ((value, &guess), point) in line.iter_mut().zip(known).zip(points) {
-            let mut inverse = guess;
-            for _ in 0..self.steps {
-                let motion = &rows[row];
-                // The point, times its inverse depth: no division.
-                let at = motion.to.turn([point[0], point[1], 1.0]);
-                let t = motion.to.translation;
-                let [a, b, c] = [0, 1, 2].map(|k| at[k] + inverse * t[k]);
-                let per_c = 1.0 / c;
-                let (a, b) = (a * per_c, b * per_c);
-                let (u, v) = plane.pixel(a, b);
-                let seen = if c > 0.0 {
-                    self.bilinear(u, v)
-                } else {
-                    f32::NAN
-                };
-                row = (v.max(0.0) as usize).min(last_row); // 0 for NaN
-                let back = &rows[row].back;
-                let r = back.rotation[2];
-                inverse = seen / (r[0] * a + r[1] * b + r[2] + seen * back.translation[2]);
-            }
-            *value = if inverse > 0.0 { inverse } else { f32::NAN };
-        }
-    }
-
-    /// Bilinear value of the second image at a pixel; NaN outside, next to a hole or across a jump.
-    #[inline(always)]
-    fn bilinear(&self, u: f32, v: f32) -> f32 {
-        let (width, height) = (self.table.width, self.table.height);
-        // false for NaN
-        if !(u >= 0.0 && v >= 0.0 && u < (width - 1) as f32 && v < (height - 1) as f32) {
-            return f32::NAN;
-        }
-        let (x, y) = (u as usize, v as usize);
-        let (u, v) = (u - x as f32, v - y as f32);
-        let i = y * width + x;
-        let values = &self.second.values;
-        let (a, b) = (values[i], values[i + 1]);
-        let (c, d) = (values[i + width], values[i + width + 1]);
-        let (top, bottom) = (a + (b - a) * u, c + (d - c) * u);
-        let value = top + (bottom - top) * v;
-        let low = a.min(b).min(c.min(d));
-        let high = a.max(b).max(c.max(d));
-        // A NaN among the four makes `value` NaN and fails the comparison.
-        if high - low <= self.max_jump * value {
-            value
-        } else {
-            f32::NAN
-        }
     }
 
     /// One row, for every camera and either kind of distance.
@@ -157,7 +104,7 @@ impl Warp<'_> {
             let point = rotation.tr_mul(&(ray * range - translation));
             let towards = point / point.norm();
             let pixel = self.camera.project(&point)?;
-            *row = (pixel.y.max(0.0) as usize).min(rows.len() - 1);
+            *row = (pixel.y.max(0.0).round() as usize).min(rows.len() - 1);
             let inverse = self.sample(&pixel, &towards)?;
             let (rotation, translation) = double(&rows[*row].back);
             range = ray.dot(&(rotation * (towards / inverse) + translation));
