@@ -169,6 +169,28 @@ def test_cli_calibrations_of_a_simulated_recording(tmp_path: Path) -> None:
     assert abs(found["time_offset_s"]) < 0.005
 
 
+def test_cli_calibrations_name_what_a_recording_does_not_excite(tmp_path: Path) -> None:
+    runner = CliRunner()
+    moving = sf.sim.Simulator(motion="hand_held", duration_s=12.0, rate_hz=1.0, depth_noise="none")
+    moving.write(tmp_path / "moving")
+    result = runner.invoke(app, ["calib", "imu-still", str(tmp_path / "moving")])
+    assert result.exit_code != 0
+    assert "the recording is not at rest" in result.output
+    result = runner.invoke(app, ["calib", "camera-imu", str(tmp_path / "moving")])
+    assert result.exit_code != 0
+    assert "expected at least 20 pairs of frames" in result.output
+    still = sf.sim.Simulator(motion="still", duration_s=2.0)
+    still.write(tmp_path / "still")
+    result = runner.invoke(app, ["calib", "camera-imu", str(tmp_path / "still")])
+    assert result.exit_code != 0
+    assert "weak" in result.output
+    # A magnetometer turned about one axis only.
+    angle = np.linspace(0, 6, 200)
+    turned = np.stack([40 * np.cos(angle), 40 * np.sin(angle), 5 * np.sin(9 * angle)], 1)
+    with pytest.raises(sf.ValueRangeError, match="turned all ways"):
+        calibrate_mag_ellipsoid(turned)
+
+
 def swaying(seconds: float) -> dict[str, np.ndarray]:
     """Readings of a sensor that sways at one place: gyro, specific force, velocities (y down)."""
     stamp_ns = np.arange(int(seconds * 200)) * 5_000_000
