@@ -67,12 +67,14 @@ const CASES: [Case; 15] = [
 /// What comes at a step, before it is spoilt.
 fn samples(tour: &mut Tour, i: usize) -> Samples {
     let field = Vector3::new(5.0, 43.0, 20.0);
-    let seen = i % 7 == 0;
+    let seen = i.is_multiple_of(7);
     Samples {
         imu: Some(tour.imu(i)),
         pose: seen.then(|| tour.pose(i)),
         velocity: seen.then(|| tour.velocity(i)),
-        mag: (i % 4 == 0).then(|| tour.truth(i).rotation.inverse() * field),
+        mag: i
+            .is_multiple_of(4)
+            .then(|| tour.truth(i).rotation.inverse() * field),
     }
 }
 
