@@ -34,6 +34,7 @@ __all__ = [
     "OdometryResult",
     "OptimiseReport",
     "PoseGraph",
+    "PositionObserver",
     "RangeFlow",
     "Recording",
     "RecordingWriter",
@@ -1066,6 +1067,9 @@ class VelocityBiasEstimator:
         max_width: int = 160,
         readout_s: float = 0.0,
         timing_sigma_s: float = 0.0,
+        shared_error_px: float = 1.5,
+        max_gap_s: float = 0.5,
+        angular_limit_rad_s: float | None = None,
     ) -> VelocityBiasEstimator: ...
     def step(
         self,
@@ -1213,6 +1217,33 @@ class NavigationFilter:
         self, stamp_ns: int, sigma_m_s: float = 0.01
     ) -> tuple[_ObserverStatus, str | None]: ...
     def state(self, stamp_ns: int) -> NavigationState | None: ...
+
+@final
+class PositionObserver:
+    def __new__(
+        cls,
+        velocity_m_s: ArrayLike,
+        position_m: ArrayLike,
+        *,
+        gravity_m_s2: ArrayLike | None = None,
+        k_v: float = 4.0,
+        k_vx: float = 4.0,
+        k_x: float = 4.0,
+    ) -> PositionObserver: ...
+    def step(
+        self,
+        gyro_rad_s: ArrayLike,
+        accel_m_s2: ArrayLike,
+        world_from_body: ArrayLike,
+        velocity_m_s: ArrayLike | None = None,
+        position_m: ArrayLike | None = None,
+        *,
+        dt_s: float,
+    ) -> tuple[_ObserverStatus, str | None]: ...
+    @property
+    def velocity_m_s(self) -> NDArray[np.float64]: ...
+    @property
+    def position_m(self) -> NDArray[np.float64]: ...
 
 def calibrate_imu_still(
     gyro_rad_s: ArrayLike,

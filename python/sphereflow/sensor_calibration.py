@@ -15,6 +15,9 @@ from sphereflow.io import open_recording
 Found = dict[str, Any]
 """What was found, with `status` and `reason`."""
 
+FEWEST_RATES = 20
+"""So many angular velocities of the camera tell a rotation and an offset."""
+
 
 def imu_still(
     data: str | Path, *, gravity_m_s2: float = 9.81, max_seconds: float | None = None
@@ -92,6 +95,11 @@ def camera_imu(
             rates.append(result.angular_rad_s)
             middles.append((last + result.stamp_ns) // 2)
         last = result.stamp_ns
+    if len(rates) < FEWEST_RATES:
+        raise sphereflow.DataError(
+            f"{data}: expected at least {FEWEST_RATES} pairs of frames that could be tracked, "
+            f"found {len(rates)} in {total} frames"
+        )
     return observers.calibrate_camera_imu(
         np.array(rates).reshape(-1, 3),
         np.array(middles, np.int64),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sphereflow as sf
 from sphereflow.cli.app import app
-from sphereflow.navigation import NavigationFilter
+from sphereflow.navigation import NavigationFilter, PositionObserver
 from sphereflow.observers import (
     ImuBiasEstimator,
     VelocityBiasEstimator,
@@ -79,6 +79,61 @@ def test_navigation_filter_answers_without_vision_with_growing_covariance() -> N
     assert "late" in late[1]
 
 
+def test_position_observer_reaches_millimetres_with_gravity_added_and_names_bad_samples() -> None:
+    # Thesis: eq. (9.5), corrected: 1.3 mm and 4 mm/s with inputs of 5 mm and 0.01 m/s.
+    rng = np.random.default_rng(1)
+    observer = PositionObserver([0.0, 0, 0], [0.0, 0, 0])
+    errors = []
+    for i in range(1, 8000):
+        t = i * 0.005
+        # A body that swings along x and turns about its vertical.
+        angle, rate = 0.5 * np.sin(0.8 * t), 0.4 * np.cos(0.8 * t)
+        c, s = np.cos(angle), np.sin(angle)
+        to_body = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])  # y down: about +y
+        place = np.array([0.3 * np.sin(1.5 * t), 0, 0])
+        speed = to_body @ np.array([0.45 * np.cos(1.5 * t), 0, 0])
+        force = to_body @ np.array([-0.675 * np.sin(1.5 * t), -9.81, 0])
+        status, _ = observer.step(
+            np.array([0, rate, 0]) + rng.normal(scale=2.5e-3, size=3),
+            force + rng.normal(scale=0.028, size=3),
+            [0, np.sin(angle / 2), 0, np.cos(angle / 2)],
+            speed + rng.normal(scale=0.01, size=3),
+            place + rng.normal(scale=0.005, size=3),
+            dt_s=0.005,
+        )
+        errors.append(
+            (
+                np.linalg.norm(observer.position_m - place),
+                np.linalg.norm(observer.velocity_m_s - speed),
+            )
+        )
+    place_m, speed_m_s = np.sqrt(np.mean(np.square(errors[4000:]), axis=0))
+    assert status == "ok"
+    assert place_m < 1.3e-3 * 1.1  # norms of three axes
+    assert speed_m_s < 4e-3 * 1.1
+    rest = ([0.0, 0, 0], [0, -9.81, 0], [0, 0, 0, 1])
+    status, reason = observer.step([np.nan, 0, 0], *rest[1:], dt_s=0.005)
+    assert (status, reason) == ("skipped", "gyro: a number is not finite")
+    assert observer.step(*rest, dt_s=0.0)[1] == "the stamp does not increase"
+    assert observer.step(*rest, dt_s=1.0)[1] == "1.000 s without samples"
+    with pytest.raises(sf.ValueRangeError, match="k_vx"):
+        PositionObserver([0, 0, 0], [0, 0, 0], k_vx=-1)
+    with pytest.raises(sf.ValueRangeError, match="position_m"):
+        PositionObserver([0, 0, 0], [0, np.nan, 0])
+
+
+def test_imu_bias_run_skips_stamps_that_do_not_increase() -> None:
+    recording = swaying(5.0)
+    stamps = recording["stamp_ns"].copy()
+    stamps[500] = stamps[499]
+    stamps[600] = stamps[400]
+    run = ImuBiasEstimator().run(**{**recording, "stamp_ns": stamps})
+    assert [run.status[i] for i in (500, 501, 600, 601)].count("skipped") == 2
+    assert run.reason[600] == "the stamp does not increase"
+    clean = ImuBiasEstimator().run(**recording)
+    assert np.linalg.norm(run.velocity_m_s[-1] - clean.velocity_m_s[-1]) < 0.01
+
+
 def test_calibrations_say_what_they_found_and_whether_it_was_shown() -> None:
     rng = np.random.default_rng(0)
     field = rng.normal(size=(500, 3))
@@ -112,6 +167,28 @@ def test_cli_calibrations_of_a_simulated_recording(tmp_path: Path) -> None:
     found = json.loads(result.stdout)
     assert abs(found["quat_xyzw"][3]) > 0.999
     assert abs(found["time_offset_s"]) < 0.005
+
+
+def test_cli_calibrations_name_what_a_recording_does_not_excite(tmp_path: Path) -> None:
+    runner = CliRunner()
+    moving = sf.sim.Simulator(motion="hand_held", duration_s=12.0, rate_hz=1.0, depth_noise="none")
+    moving.write(tmp_path / "moving")
+    result = runner.invoke(app, ["calib", "imu-still", str(tmp_path / "moving")])
+    assert result.exit_code != 0
+    assert "the recording is not at rest" in result.output
+    result = runner.invoke(app, ["calib", "camera-imu", str(tmp_path / "moving")])
+    assert result.exit_code != 0
+    assert "expected at least 20 pairs of frames" in result.output
+    still = sf.sim.Simulator(motion="still", duration_s=2.0)
+    still.write(tmp_path / "still")
+    result = runner.invoke(app, ["calib", "camera-imu", str(tmp_path / "still")])
+    assert result.exit_code != 0
+    assert "weak" in result.output
+    # A magnetometer turned about one axis only.
+    angle = np.linspace(0, 6, 200)
+    turned = np.stack([40 * np.cos(angle), 40 * np.sin(angle), 5 * np.sin(9 * angle)], 1)
+    with pytest.raises(sf.ValueRangeError, match="turned all ways"):
+        calibrate_mag_ellipsoid(turned)
 
 
 def swaying(seconds: float) -> dict[str, np.ndarray]:

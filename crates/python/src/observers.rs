@@ -7,7 +7,7 @@ use crate::errors::IntoPython;
 use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use sphereflow_core::{DepthMap, RangeMap};
+use sphereflow_core::{DepthMap, Plane, RangeMap};
 use sphereflow_observers::velocity_bias::{
     BiasMethod, FixedGains, ImageVelocity, VelocityBiasConfig, VelocityBiasEstimator,
     VelocityBiasState,
@@ -106,10 +106,18 @@ impl PyVelocityBiasState {
 ///     Kinect.
 /// timing_sigma_s : float
 ///     How well stamps of images and velocities agree, seconds.
+/// shared_error_px : float
+///     Error of an alignment that all its pixels share (lens, blur), pixels of the binned image.
+/// max_gap_s : float
+///     After longer steps the images before are of no use.
+/// angular_limit_rad_s : float or None
+///     Largest angular velocity that can be measured; None: 2000 deg/s.
 #[pyclass(name = "VelocityBiasEstimator", module = "sphereflow.observers")]
 pub struct PyVelocityBiasEstimator {
     inner: VelocityBiasEstimator,
-    camera: sphereflow_sphere::Camera,
+    size: (usize, usize),
+    /// Range of a depth of one metre.
+    per_depth: Plane<f32>,
 }
 
 #[pymethods]
@@ -119,7 +127,8 @@ impl PyVelocityBiasEstimator {
         k_omega = 1e-5, lambda_y = 1.0, lambda_d = 5000.0, rate_per_s = 1.0, forget_s = 3.0,
         linear_sigma = 0.01, angular_sigma = 1e-3,
         linear_bias_sigma = 3.0, angular_bias_sigma = 0.2, max_width = 160, readout_s = 0.0,
-        timing_sigma_s = 0.0))]
+        timing_sigma_s = 0.0, shared_error_px = 1.5, max_gap_s = 0.5,
+        angular_limit_rad_s = None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         camera: &PyCamera,
@@ -138,7 +147,11 @@ impl PyVelocityBiasEstimator {
         max_width: usize,
         readout_s: f64,
         timing_sigma_s: f64,
+        shared_error_px: f64,
+        max_gap_s: f64,
+        angular_limit_rad_s: Option<f64>,
     ) -> PyResult<Self> {
+        let defaults = VelocityBiasConfig::default();
         let method = match method {
             "information" => BiasMethod::Information,
             "observer" => BiasMethod::Observer,
@@ -166,11 +179,15 @@ impl PyVelocityBiasEstimator {
             max_width,
             readout_s,
             timing_sigma_s,
-            ..VelocityBiasConfig::default()
+            shared_error_px,
+            max_gap_s,
+            angular_limit_rad_s: angular_limit_rad_s.unwrap_or(defaults.angular_limit_rad_s),
+            ..defaults
         };
         Ok(Self {
             inner: VelocityBiasEstimator::new(&camera.0, config).into_python()?,
-            camera: camera.0.clone(),
+            per_depth: per_depth(&camera.0)?,
+            size: (camera.0.width(), camera.0.height()),
         })
     }
 
@@ -200,11 +217,16 @@ impl PyVelocityBiasEstimator {
         dt_s: f64,
         along: &str,
     ) -> PyResult<PyVelocityBiasState> {
-        let size = Some((self.camera.width(), self.camera.height()));
+        let size = Some(self.size);
         let grey = metres(grey, "grey", size)?;
-        let plane = metres(depth_m, "depth_m", size)?;
+        let mut plane = metres(depth_m, "depth_m", size)?;
         let range = match along {
-            "axis" => range_from_depth(&DepthMap::new(plane), &self.camera).into_python()?,
+            "axis" => {
+                let per_depth = self.per_depth.data().iter();
+                let metres = plane.data_mut().iter_mut();
+                metres.zip(per_depth).for_each(|(z, per)| *z *= per);
+                RangeMap::new(plane)
+            }
             "ray" => RangeMap::new(plane),
             other => return Err(unknown("along", "'axis' (depth) or 'ray' (range)", other)),
         };
@@ -222,6 +244,13 @@ impl PyVelocityBiasEstimator {
     fn state(&self) -> PyVelocityBiasState {
         PyVelocityBiasState(self.inner.state())
     }
+}
+
+/// The range of each pixel where the depth along the axis is one metre.
+fn per_depth(camera: &sphereflow_sphere::Camera) -> PyResult<Plane<f32>> {
+    let ones = DepthMap::new(Plane::filled(camera.width(), camera.height(), 1.0));
+    let range = range_from_depth(&ones, camera).into_python()?;
+    Ok(range.into_plane())
 }
 
 /// A 3x3 covariance, or a standard deviation for all axes.

@@ -16,8 +16,15 @@ pub struct BiasFilter {
     bias: Vector3<f64>,
     covariance: Matrix3<f64>,
     start: f64,
-    /// The low-passed rotation (row after row) and the horizontal bias seen through it.
+    /// The low-passed rotation (column after column) and the horizontal bias seen through it.
     low_pass: LowPass<11>,
+}
+
+/// The rotation and the horizontal bias seen through it, both as the accelerometer's low-pass has them.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    rotation: Matrix3<f64>,
+    bias: [f64; 2],
 }
 
 /// The noise of one step; depends on the step only.
@@ -58,57 +65,41 @@ impl BiasFilter {
         self.bias
     }
 
-    /// Standard deviations, rad/s.
-    pub fn sigma(&self) -> Vector3<f64> {
-        self.covariance.diagonal().map(|v| v.max(0.0).sqrt())
-    }
-
     /// At rest the gyro's mean is the bias.
     pub fn at_rest(&mut self, mean_gyro: &Vector3<f64>, clip: f64, noise: &BiasNoise) {
         let error = mean_gyro - self.bias;
-        self.update(
-            &error,
-            &Matrix3::identity(),
-            &Vector3::repeat(noise.rest),
-            clip,
-            noise,
-        );
+        let weights = Vector3::repeat(noise.rest);
+        self.update(&error, &Matrix3::identity(), &weights, clip);
     }
 
-    /// In motion: `earth_from_body`, and the rate at which the inclination was corrected (earth
-    /// frame, horizontal, rad/s), both of this step.
-    pub fn in_motion(&mut self, corrected: [f64; 2], clip: f64, noise: &BiasNoise) {
-        let v = self.low_pass.value();
-        let rotation = Matrix3::from_row_slice(&v[..9]);
-        let seen = rotation * self.bias;
+    /// In motion: what [`BiasFilter::follow`] said of this step, and the rate at which the
+    /// inclination was corrected (earth frame, horizontal, rad/s).
+    #[inline]
+    pub fn in_motion(&mut self, seen: &Seen, corrected: [f64; 2], clip: f64, noise: &BiasNoise) {
+        let now = seen.rotation * self.bias;
         let error = Vector3::new(
-            corrected[0] + v[9] - seen.x,
-            corrected[1] + v[10] - seen.y,
-            -seen.z,
+            corrected[0] + seen.bias[0] - now.x,
+            corrected[1] + seen.bias[1] - now.y,
+            -now.z,
         );
         let weights = Vector3::new(noise.motion, noise.motion, noise.motion / VERTICAL);
-        self.update(&error, &rotation, &weights, clip, noise);
+        self.update(&error, &seen.rotation, &weights, clip);
     }
 
     /// The low-passes of every step, whichever update follows.
     #[inline]
-    pub fn follow(&mut self, rotation: &Matrix3<f64>, decay: &Decay) {
-        let seen = rotation * self.bias;
-        let r = rotation;
-        let input = [
-            r[(0, 0)],
-            r[(0, 1)],
-            r[(0, 2)],
-            r[(1, 0)],
-            r[(1, 1)],
-            r[(1, 2)],
-            r[(2, 0)],
-            r[(2, 1)],
-            r[(2, 2)],
-            seen.x,
-            seen.y,
-        ];
-        self.low_pass.step(&input, decay);
+    pub fn follow(&mut self, r: &Matrix3<f64>, decay: &Decay) -> Seen {
+        let seen = r * self.bias;
+        let v = self.low_pass.step(
+            &[
+                r.m11, r.m21, r.m31, r.m12, r.m22, r.m32, r.m13, r.m23, r.m33, seen.x, seen.y,
+            ],
+            decay,
+        );
+        Seen {
+            rotation: Matrix3::from_column_slice(&v[..9]),
+            bias: [v[9], v[10]],
+        }
     }
 
     /// Forget a little: called once a step.
@@ -121,6 +112,7 @@ impl BiasFilter {
         }
     }
 
+    /// Both the innovation's and the bias's covariance are symmetric: half of each is computed.
     #[inline]
     fn update(
         &mut self,
@@ -128,20 +120,44 @@ impl BiasFilter {
         rotation: &Matrix3<f64>,
         weights: &Vector3<f64>,
         clip: f64,
-        _noise: &BiasNoise,
     ) {
         let error = error.map(|e| e.clamp(-clip, clip));
         let cross = self.covariance * rotation.transpose();
-        let mut innovation = rotation * cross;
-        for i in 0..3 {
-            innovation[(i, i)] += weights[i];
-        }
-        let Some(inverse) = innovation.try_inverse() else {
+        let mut innovation = symmetric(rotation, &cross);
+        innovation.m11 += weights.x;
+        innovation.m22 += weights.y;
+        innovation.m33 += weights.z;
+        let Some(inverse) = inverse(&innovation) else {
             return;
         };
         let gain = cross * inverse;
         self.bias = (self.bias + gain * error).map(|b| b.clamp(-clip, clip));
-        let kept = self.covariance - gain * cross.transpose();
-        self.covariance = (kept + kept.transpose()) * 0.5;
+        self.covariance -= symmetric(&gain, &cross.transpose());
     }
+}
+
+/// `a b` where that is known to be symmetric.
+#[inline]
+fn symmetric(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
+    let xx = a.m11 * b.m11 + a.m12 * b.m21 + a.m13 * b.m31;
+    let xy = a.m11 * b.m12 + a.m12 * b.m22 + a.m13 * b.m32;
+    let xz = a.m11 * b.m13 + a.m12 * b.m23 + a.m13 * b.m33;
+    let yy = a.m21 * b.m12 + a.m22 * b.m22 + a.m23 * b.m32;
+    let yz = a.m21 * b.m13 + a.m22 * b.m23 + a.m23 * b.m33;
+    let zz = a.m31 * b.m13 + a.m32 * b.m23 + a.m33 * b.m33;
+    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+}
+
+/// Inverse of a symmetric matrix by its cofactors.
+#[inline]
+fn inverse(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    let (a, b, c, d, e, f) = (m.m11, m.m12, m.m13, m.m22, m.m23, m.m33);
+    let (aa, ab, ac) = (d * f - e * e, c * e - b * f, b * e - c * d);
+    let determinant = a * aa + b * ab + c * ac;
+    if determinant <= 0.0 || determinant.is_nan() {
+        return None;
+    }
+    let scale = 1.0 / determinant;
+    let (bb, bc, cc) = (a * f - c * c, b * c - a * e, a * d - b * b);
+    Some(Matrix3::new(aa, ab, ac, ab, bb, bc, ac, bc, cc) * scale)
 }

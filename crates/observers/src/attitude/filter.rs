@@ -41,7 +41,7 @@ pub struct AttitudeFilter {
 #[derive(Clone, Debug)]
 enum Estimator {
     Inertial(Box<InertialFilter>),
-    Invariant(InvariantObserver),
+    Invariant(Box<InvariantObserver>),
 }
 
 /// A heading without a magnetic reading for so long is said to drift, seconds.
@@ -56,7 +56,7 @@ impl AttitudeFilter {
         config.check()?;
         let estimator = match config.method {
             Method::Inertial => Estimator::Inertial(Box::new(InertialFilter::new(&config))),
-            Method::Invariant => Estimator::Invariant(InvariantObserver::new(&config)),
+            Method::Invariant => Estimator::Invariant(Box::new(InvariantObserver::new(&config))),
         };
         Ok(Self {
             config,
@@ -94,8 +94,8 @@ impl AttitudeFilter {
     /// The state after the last sample.
     pub fn state(&self) -> AttitudeState {
         let (earth_from_body, bias, at_rest, disturbed) = match &self.estimator {
-            Estimator::Inertial(f) => (f.rotation(), f.bias().0, f.is_at_rest(), f.is_disturbed()),
-            Estimator::Invariant(f) => (f.rotation(), f.bias(), false, false),
+            Estimator::Inertial(f) => (f.rotation(), f.bias(), f.is_at_rest(), f.is_disturbed()),
+            Estimator::Invariant(f) => (f.rotation(), f.bias(), f.is_at_rest(), f.is_disturbed()),
         };
         AttitudeState {
             world_from_body: in_world(&earth_from_body, self.config.world),
@@ -175,9 +175,7 @@ impl AttitudeFilter {
     ) {
         match &mut self.estimator {
             Estimator::Inertial(f) => {
-                let may_rest = f
-                    .mean_accel()
-                    .is_none_or(|n| checks::accel_unit(n).is_none());
+                let may_rest = f.accel_unit().is_none();
                 f.step(gyro, accel, may_rest, dt_s);
                 if let Some(mag) = mag {
                     f.magnetic(mag);
@@ -219,13 +217,15 @@ impl AttitudeFilter {
             }
             self.lasting = None;
         }
-        if let Estimator::Inertial(f) = &self.estimator {
-            if let Some(reason) = f.mean_accel().and_then(checks::accel_unit) {
-                return Status::Weak(reason);
-            }
-            if f.is_disturbed() {
-                return Status::Weak(Reason::MagneticDisturbance);
-            }
+        let (unit, disturbed) = match &self.estimator {
+            Estimator::Inertial(f) => (f.accel_unit(), f.is_disturbed()),
+            Estimator::Invariant(f) => (f.accel_unit(), f.is_disturbed()),
+        };
+        if let Some(reason) = unit {
+            return Status::Weak(reason);
+        }
+        if disturbed {
+            return Status::Weak(Reason::MagneticDisturbance);
         }
         if bad_mag {
             return Status::Weak(Reason::NotFinite {

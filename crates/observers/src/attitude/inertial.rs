@@ -9,9 +9,11 @@ use super::config::AttitudeConfig;
 use super::low_pass::{Decay, LowPass};
 use super::magnetic::{FieldJudge, FieldTable};
 use super::rest::{REST_TAU_S, RestDetector};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use sphereflow_sphere::lie::so3;
-use std::f64::consts::{PI, TAU};
+use super::small_angle::{self, Heading, renormalised};
+use super::tilt::Tilt;
+use crate::Reason;
+use crate::checks::accel_unit;
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Steps closer to each other than this share use the same coefficients: their error is of that
 /// size, while integration always takes the exact step.
@@ -23,6 +25,7 @@ const FIRST_WEIGHT: f64 = 1.0;
 #[derive(Clone, Copy, Debug)]
 struct StepTable {
     dt_s: f64,
+    rate_hz: f64,
     accel: Decay,
     rest: Decay,
     noise: BiasNoise,
@@ -33,14 +36,12 @@ struct StepTable {
 pub struct InertialFilter {
     config: AttitudeConfig,
     table: StepTable,
-    /// Integrated gyro: an inertial frame from the body.
-    strapdown: UnitQuaternion<f64>,
-    /// The correction of the inclination: level frame from the inertial one.
-    level: UnitQuaternion<f64>,
-    /// Both: the level frame from the body.
+    /// The level frame from the body: integrated gyro, and the inclination's corrections.
     levelled: UnitQuaternion<f64>,
-    /// Heading of the level frame in the earth frame, rad.
-    heading: f64,
+    /// The same as a matrix, of the last step.
+    rotation: Matrix3<f64>,
+    /// Heading of the level frame in the earth frame.
+    heading: Heading,
     accel_low_pass: LowPass<3>,
     rest: RestDetector,
     bias: BiasFilter,
@@ -56,10 +57,9 @@ impl InertialFilter {
         Self {
             config: *config,
             table: table(config, 0.01),
-            strapdown: UnitQuaternion::identity(),
-            level: UnitQuaternion::identity(),
             levelled: UnitQuaternion::identity(),
-            heading: 0.0,
+            rotation: Matrix3::identity(),
+            heading: Heading::new(),
             accel_low_pass: LowPass::new(),
             rest: RestDetector::new(),
             bias: BiasFilter::new(config),
@@ -72,9 +72,14 @@ impl InertialFilter {
 
     /// Gyro alone: the other sensors cannot be used. `gyro` with its bias.
     pub fn turn(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
-        let step = small_turn(&((gyro - self.bias.bias()) * dt_s));
-        self.strapdown = renormalised(self.strapdown.quaternion() * step.quaternion());
-        self.levelled = self.level * self.strapdown;
+        self.integrate(gyro, dt_s);
+        self.rotation = *self.levelled.to_rotation_matrix().matrix();
+    }
+
+    #[inline]
+    fn integrate(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
+        let step = small_angle::turn(&((gyro - self.bias.bias()) * dt_s));
+        self.levelled = renormalised(self.levelled.quaternion() * step.quaternion());
         self.since_mag_s += dt_s;
     }
 
@@ -86,40 +91,41 @@ impl InertialFilter {
         }
         let clip = self.config.bias_clip_rad_s;
         self.rest.step(gyro, accel, clip, dt_s, &self.table.rest);
-        self.turn(gyro, dt_s);
-        let inertial = self.strapdown * accel;
-        let smooth = self
+        self.integrate(gyro, dt_s);
+        // The specific force is low-passed in the level frame, whose every turn turns the low-pass
+        // with it: that is a low-pass in an inertial frame.
+        let now = self.levelled * accel;
+        let force = self
             .accel_low_pass
-            .step(&[inertial.x, inertial.y, inertial.z], &self.table.accel);
-        let smooth = Vector3::from(smooth);
-        let norm = smooth.norm();
-        let up = if norm > 1e-9 {
-            self.level * smooth / norm
-        } else {
-            Vector3::z()
-        };
-        self.level = renormalised(tilt_to_up(&up).into_inner() * self.level.quaternion());
-        self.levelled = self.level * self.strapdown;
+            .step(&[now.x, now.y, now.z], &self.table.accel);
+        let mut tilt = [0.0; 2];
+        if let Some((turn, norm)) = Tilt::to_up(&force) {
+            let scale = self.table.rate_hz / norm;
+            tilt = [-force[1] * scale, force[0] * scale];
+            self.levelled = turn.after(&self.levelled);
+            self.accel_low_pass
+                .replace([0.0, 0.0, norm], |slope| turn.turned(slope));
+        }
+        self.rotation = *self.levelled.to_rotation_matrix().matrix();
         let at_rest = may_rest && self.rest.is_at_rest();
-        self.estimate_bias(&up, at_rest, clip, dt_s);
+        self.estimate_bias(tilt, at_rest, clip);
     }
 
-    fn estimate_bias(&mut self, up: &Vector3<f64>, at_rest: bool, clip: f64, dt_s: f64) {
+    /// `tilt` is the rate at which the inclination was corrected, rad/s.
+    fn estimate_bias(&mut self, tilt: [f64; 2], at_rest: bool, clip: f64) {
         let (config, table) = (&self.config, &self.table);
         if !(config.motion_bias || config.rest_bias) {
             return;
         }
         let noise = &table.noise;
         self.bias.grow(noise);
-        if config.motion_bias {
-            let rotation = self.levelled.to_rotation_matrix();
-            self.bias.follow(rotation.matrix(), &table.accel);
-        }
+        let seen = config
+            .motion_bias
+            .then(|| self.bias.follow(&self.rotation, &table.accel));
         if at_rest && config.rest_bias {
             self.bias.at_rest(&self.rest.mean_gyro(), clip, noise);
-        } else if config.motion_bias {
-            self.bias
-                .in_motion([-up.y / dt_s, up.x / dt_s], clip, noise);
+        } else if let Some(seen) = seen {
+            self.bias.in_motion(&seen, tilt, clip, noise);
         }
     }
 
@@ -127,8 +133,11 @@ impl InertialFilter {
     /// less often than steps.
     pub fn magnetic(&mut self, mag: &Vector3<f64>) {
         let dt_s = self.since_mag_s;
-        let earth = self.levelled * mag;
-        if dt_s <= 0.0 || earth.norm() < 1e-12 {
+        let earth = self.rotation * mag;
+        let flat2 = earth.x * earth.x + earth.y * earth.y;
+        let (norm, flat) = ((flat2 + earth.z * earth.z).sqrt(), flat2.sqrt());
+        // Along the vertical a field knows no heading.
+        if dt_s <= 0.0 || norm < 1e-12 || flat < 1e-9 * norm {
             return;
         }
         self.since_mag_s = 0.0;
@@ -137,12 +146,8 @@ impl InertialFilter {
         }
         let mut weight = 1.0;
         if self.config.reject_disturbance {
-            self.field.step(
-                &earth,
-                self.rest.mean_gyro().norm(),
-                dt_s,
-                &self.field_table,
-            );
+            let (turning, table) = (self.rest.mean_gyro(), &self.field_table);
+            self.field.step(norm, flat, -earth.z, &turning, dt_s, table);
             weight = self.field.weight(dt_s);
         }
         let mut share = self.field_table.heading * weight;
@@ -153,8 +158,10 @@ impl InertialFilter {
                 self.first_weight = 0.0;
             }
         }
-        let disagreement = wrapped(earth.x.atan2(earth.y) - self.heading);
-        self.heading = wrapped(self.heading + share * disagreement);
+        if share > 0.0 {
+            let off = self.heading.off_north(earth.x, earth.y, flat);
+            self.heading.turn(share * off);
+        }
     }
 
     /// After a gap the low-passes begin anew and the heading is found at once.
@@ -166,14 +173,12 @@ impl InertialFilter {
 
     /// Earth (east, north, up) from body.
     pub fn rotation(&self) -> UnitQuaternion<f64> {
-        let (sin, cos) = (0.5 * self.heading).sin_cos();
-        let heading = Quaternion::new(cos, 0.0, 0.0, sin);
-        renormalised(heading * self.levelled.quaternion())
+        self.heading.after(&self.levelled)
     }
 
-    /// The gyro's bias and its standard deviation, rad/s.
-    pub fn bias(&self) -> (Vector3<f64>, Vector3<f64>) {
-        (self.bias.bias(), self.bias.sigma())
+    /// The gyro's bias, rad/s.
+    pub fn bias(&self) -> Vector3<f64> {
+        self.bias.bias()
     }
 
     /// True at rest.
@@ -181,9 +186,11 @@ impl InertialFilter {
         self.rest.is_at_rest()
     }
 
-    /// Mean norm of the accelerometer, once known.
-    pub fn mean_accel(&self) -> Option<f64> {
-        self.rest.is_settled().then(|| self.rest.mean_accel())
+    /// What the accelerometer's mean says of its unit, once known.
+    #[inline]
+    pub fn accel_unit(&self) -> Option<Reason> {
+        let known = self.rest.is_settled();
+        known.then(|| accel_unit(&self.rest.mean_accel())).flatten()
     }
 
     /// True where the field is not the one that is believed.
@@ -195,51 +202,9 @@ impl InertialFilter {
 fn table(config: &AttitudeConfig, dt_s: f64) -> StepTable {
     StepTable {
         dt_s,
+        rate_hz: 1.0 / dt_s,
         accel: Decay::new(config.tau_accel_s, dt_s),
         rest: Decay::new(REST_TAU_S, dt_s),
         noise: BiasNoise::new(config, dt_s),
-    }
-}
-
-/// The smallest rotation that carries the unit vector `up` to z.
-fn tilt_to_up(up: &Vector3<f64>) -> UnitQuaternion<f64> {
-    let scalar = (0.5 * (up.z + 1.0)).max(0.0).sqrt();
-    if scalar <= 1e-6 {
-        return UnitQuaternion::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0));
-    }
-    let (x, y) = (0.5 * up.y / scalar, -0.5 * up.x / scalar);
-    UnitQuaternion::new_unchecked(Quaternion::new(scalar, x, y, 0.0))
-}
-
-/// The rotation of a rotation vector, quick where it is small: the series of sine and cosine to
-/// rounding below 0.2 rad.
-fn small_turn(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
-    let h2 = 0.25 * vector.norm_squared();
-    if h2 > 0.01 {
-        return so3::exp(vector);
-    }
-    let sinc = 1.0 - h2 / 6.0 * (1.0 - h2 / 20.0 * (1.0 - h2 / 42.0 * (1.0 - h2 / 72.0)));
-    let cos = 1.0 - h2 / 2.0 * (1.0 - h2 / 12.0 * (1.0 - h2 / 30.0 * (1.0 - h2 / 56.0)));
-    UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, vector * (0.5 * sinc)))
-}
-
-/// One Newton step for the norm, which stays within rounding of 1.
-fn renormalised(q: Quaternion<f64>) -> UnitQuaternion<f64> {
-    let square = q.norm_squared();
-    if (square - 1.0).abs() < 1e-4 {
-        UnitQuaternion::new_unchecked(q * (1.5 - 0.5 * square))
-    } else {
-        UnitQuaternion::from_quaternion(q)
-    }
-}
-
-/// To (-pi, pi].
-fn wrapped(angle: f64) -> f64 {
-    if angle > PI {
-        angle - TAU
-    } else if angle <= -PI {
-        angle + TAU
-    } else {
-        angle
     }
 }

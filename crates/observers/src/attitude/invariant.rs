@@ -6,8 +6,13 @@
 //! heading alone. Errors are formed in the earth frame, where the observer is invariant.
 
 use super::config::AttitudeConfig;
+use super::low_pass::Decay;
+use super::magnetic::{FieldJudge, FieldTable};
+use super::rest::{REST_TAU_S, RestDetector};
+use super::small_angle;
+use crate::Reason;
+use crate::checks::accel_unit;
 use nalgebra::{UnitQuaternion, Vector3};
-use sphereflow_sphere::lie::so3;
 
 /// The observer: `q' = q (omega_m - b + q* k e q) / 2`, `b' = -n q* e q` with
 /// `e = (q a q*)/|a| x up + ((q (a x m) q*)/|.| x west . up) up`.
@@ -21,7 +26,15 @@ pub struct InvariantObserver {
     started: bool,
     heading_known: bool,
     last_east: Option<Vector3<f64>>,
+    rest: RestDetector,
+    field: Option<FieldJudge>,
+    tau_mag_s: f64,
+    tables: (Decay, FieldTable),
+    since_mag_s: f64,
 }
+
+/// Steps closer to each other than this share use the same low-passes.
+const SAME_STEP: f64 = 1e-3;
 
 impl InvariantObserver {
     /// Before the first sample.
@@ -35,12 +48,21 @@ impl InvariantObserver {
             started: false,
             heading_known: false,
             last_east: None,
+            rest: RestDetector::new(),
+            field: config.reject_disturbance.then(FieldJudge::new),
+            tau_mag_s: config.tau_mag_s,
+            tables: (
+                Decay::new(REST_TAU_S, 0.01),
+                FieldTable::new(config.tau_mag_s, 0.01),
+            ),
+            since_mag_s: 0.0,
         }
     }
 
     /// Gyro alone.
     pub fn turn(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
-        self.rotation *= so3::exp(&((gyro - self.bias) * dt_s));
+        self.since_mag_s += dt_s;
+        self.rotation *= small_angle::turn(&((gyro - self.bias) * dt_s));
         self.rotation.renormalize();
     }
 
@@ -52,15 +74,17 @@ impl InvariantObserver {
         mag: Option<&Vector3<f64>>,
         dt_s: f64,
     ) {
+        self.watch(gyro, accel, dt_s);
         let norm = accel.norm();
         if norm < 1e-9 {
             return self.turn(gyro, dt_s);
         }
         let up_body = accel / norm;
+        let mag = mag.filter(|mag| self.believes(mag, dt_s));
         let east_body = mag
             .map(|m| m.cross(&up_body))
             .and_then(|east| east.try_normalize(1e-9))
-            .or(if mag.is_none() { None } else { self.last_east });
+            .or(mag.and(self.last_east));
         self.last_east = east_body;
         self.start(&up_body, east_body.as_ref());
         // The sample is of the end of the step: turn first, then correct.
@@ -69,8 +93,50 @@ impl InvariantObserver {
         let body = self.rotation.inverse_transform_vector(&correction);
         self.bias =
             (self.bias - body * (self.bias_gain * dt_s)).map(|b| b.clamp(-self.clip, self.clip));
-        self.rotation *= so3::exp(&(body * (self.gain * dt_s)));
+        self.rotation *= small_angle::turn(&(body * (self.gain * dt_s)));
         self.rotation.renormalize();
+    }
+
+    /// Rest, and the mean reading of the accelerometer.
+    fn watch(&mut self, gyro: &Vector3<f64>, accel: &Vector3<f64>, dt_s: f64) {
+        if (dt_s - self.tables.1.dt_s).abs() > SAME_STEP * dt_s {
+            self.tables = (
+                Decay::new(REST_TAU_S, dt_s),
+                FieldTable::new(self.tau_mag_s, dt_s),
+            );
+        }
+        let clip = self.clip;
+        self.rest.step(gyro, accel, clip, dt_s, &self.tables.0);
+    }
+
+    /// True where the field may turn the heading.
+    fn believes(&mut self, mag: &Vector3<f64>, dt_s: f64) -> bool {
+        let earth = self.rotation * mag;
+        let (flat, norm) = (earth.xy().norm(), earth.norm());
+        let since_s = std::mem::take(&mut self.since_mag_s).max(dt_s);
+        let Some(field) = self.field.as_mut().filter(|_| norm > 1e-12) else {
+            return true;
+        };
+        let mean = self.rest.mean_gyro();
+        field.step(norm, flat, -earth.z, &mean, since_s, &self.tables.1);
+        let weight = field.weight(since_s);
+        !field.is_disturbed() || weight > 0.0
+    }
+
+    /// True at rest.
+    pub fn is_at_rest(&self) -> bool {
+        self.rest.is_at_rest()
+    }
+
+    /// What the accelerometer's mean says of its unit, once known.
+    pub fn accel_unit(&self) -> Option<Reason> {
+        let known = self.rest.is_settled();
+        known.then(|| accel_unit(&self.rest.mean_accel())).flatten()
+    }
+
+    /// True where the field is not the one that is believed.
+    pub fn is_disturbed(&self) -> bool {
+        self.field.is_some_and(|field| field.is_disturbed())
     }
 
     /// The rotation, earth frame, that would carry the measured directions to where they belong;

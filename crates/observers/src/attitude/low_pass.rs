@@ -70,6 +70,13 @@ impl<const N: usize> LowPass<N> {
         self.value
     }
 
+    /// Another output, and its slope changed: the axes of the channels turned.
+    #[inline]
+    pub fn replace(&mut self, value: [f64; N], slope: impl Fn([f64; N]) -> [f64; N]) {
+        self.value = value;
+        self.slope = slope(self.slope);
+    }
+
     /// The last output.
     pub fn value(&self) -> &[f64; N] {
         &self.value

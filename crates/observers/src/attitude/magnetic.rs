@@ -1,6 +1,7 @@
 //! Which magnetic field to believe: norm and dip of the undisturbed one are learnt, others wait.
 
 use super::low_pass::{Decay, LowPass};
+use super::small_angle::angle;
 use nalgebra::Vector3;
 
 /// Time constant of the low-pass of norm and dip, seconds.
@@ -66,9 +67,38 @@ impl Field {
     }
 }
 
+/// Where the dip was last far from before: dips nearby are small angles from it.
+#[derive(Clone, Copy, Debug)]
+struct DipAnchor {
+    angle: f64,
+    cos: f64,
+    sin: f64,
+}
+
+/// Dips further than this from the anchor, rad, become the anchor.
+const NEAR_ANCHOR: f64 = 0.1;
+
+impl DipAnchor {
+    /// The angle of a direction (cosine, sine), rad.
+    #[inline]
+    fn dip(&mut self, cos: f64, sin: f64) -> f64 {
+        let by = angle(
+            sin * self.cos - cos * self.sin,
+            cos * self.cos + sin * self.sin,
+        );
+        let dip = self.angle + by;
+        if by.abs() > NEAR_ANCHOR {
+            (self.sin, self.cos) = dip.sin_cos();
+            self.angle = dip;
+        }
+        dip
+    }
+}
+
 /// Judges fields.
 #[derive(Clone, Copy, Debug)]
 pub struct FieldJudge {
+    anchor: DipAnchor,
     low_pass: LowPass<2>,
     believed: Option<Field>,
     candidate: Field,
@@ -82,6 +112,11 @@ impl FieldJudge {
     /// Believes nothing yet.
     pub fn new() -> Self {
         Self {
+            anchor: DipAnchor {
+                angle: 0.0,
+                cos: 1.0,
+                sin: 0.0,
+            },
             low_pass: LowPass::new(),
             believed: None,
             candidate: Field::default(),
@@ -92,10 +127,20 @@ impl FieldJudge {
         }
     }
 
-    /// The next field, in an earth frame with z up; `rate` is that of the turning body, rad/s.
-    pub fn step(&mut self, earth: &Vector3<f64>, rate: f64, dt_s: f64, table: &FieldTable) {
-        let norm = earth.norm();
-        let dip = -(earth.z / norm).clamp(-1.0, 1.0).asin();
+    /// The next field: its norm, and the parts of it that lie flat and point down; `mean_gyro` is the
+    /// rate of the turning body, rad/s.
+    #[inline]
+    pub fn step(
+        &mut self,
+        norm: f64,
+        flat: f64,
+        down: f64,
+        mean_gyro: &Vector3<f64>,
+        dt_s: f64,
+        table: &FieldTable,
+    ) {
+        let scale = 1.0 / norm;
+        let dip = self.anchor.dip(flat * scale, down * scale);
         let [norm, dip] = self.low_pass.step(&[norm, dip], &table.low_pass);
         let now = Field { norm, dip };
         let share = table.follow;
@@ -117,7 +162,7 @@ impl FieldJudge {
             self.candidate = now;
             return;
         }
-        if rate >= NEW_MIN_RATE {
+        if mean_gyro.norm_squared() >= NEW_MIN_RATE * NEW_MIN_RATE {
             self.candidate_s += dt_s;
         }
         self.candidate.follow(&now, share);

@@ -12,8 +12,10 @@ mod invariant;
 mod low_pass;
 mod magnetic;
 mod rest;
+mod small_angle;
 #[cfg(test)]
 mod tests;
+mod tilt;
 mod visual;
 
 pub use batch::AttitudeRun;

@@ -61,9 +61,9 @@ impl RestDetector {
         Vector3::from_column_slice(&self.low_pass.value()[..3])
     }
 
-    /// Norm of the low-passed accelerometer reading.
-    pub fn mean_accel(&self) -> f64 {
-        Vector3::from_column_slice(&self.low_pass.value()[3..]).norm()
+    /// The low-passed accelerometer reading.
+    pub fn mean_accel(&self) -> Vector3<f64> {
+        Vector3::from_column_slice(&self.low_pass.value()[3..])
     }
 
     /// True once the low-passed values mean something.

@@ -10,6 +10,7 @@ use sphereflow_core::Stamp;
 use sphereflow_sphere::lie::so3;
 
 mod bad_input;
+mod bad_table;
 mod invariant;
 mod motion;
 mod visual;

@@ -6,6 +6,8 @@
 //! zero, and the step is a rotation: `q <- q exp((omega + 2 K vec(e)) dt)`. Near the truth both have
 //! the error `xi' = xi x omega - K xi` (the thesis prints K/2 in (9.4)).
 
+use super::config::AttitudeConfig;
+use crate::checks::Watch;
 use crate::error::positive;
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -17,6 +19,11 @@ pub struct VisualAttitude {
     gain: f64,
     rotation: Option<UnitQuaternion<f64>>,
     since_vision_s: f64,
+    last_gyro: Vector3<f64>,
+    watch: Watch,
+    max_gap_s: f64,
+    /// The turn since the last attitude is unknown.
+    lost: bool,
 }
 
 /// Without a visual attitude for so long the answer is said to coast, seconds.
@@ -29,10 +36,15 @@ impl VisualAttitude {
     /// A value error where the gain is not positive.
     pub fn new(gain_per_s: f64) -> Result<Self> {
         positive("gain_per_s", gain_per_s)?;
+        let limits = AttitudeConfig::default();
         Ok(Self {
             gain: gain_per_s,
             rotation: None,
             since_vision_s: 0.0,
+            last_gyro: Vector3::zeros(),
+            watch: Watch::new(limits.gyro_limit_rad_s),
+            max_gap_s: limits.max_gap_s,
+            lost: false,
         })
     }
 
@@ -48,10 +60,19 @@ impl VisualAttitude {
             return Status::Skipped(Reason::StampNotIncreasing);
         }
         if !gyro.iter().all(|v| v.is_finite()) {
+            // The best guess of an unknown rate is the last one.
+            let held = self.last_gyro;
+            self.turn(&held, dt_s.min(self.max_gap_s));
             return Status::Skipped(Reason::NotFinite {
                 sensor: Sensor::Gyro,
             });
         }
+        self.last_gyro = *gyro;
+        let saturated = self.watch.step(gyro, None, dt_s);
+        if dt_s > self.max_gap_s {
+            self.watch.remember(Reason::Gap { seconds: dt_s });
+        }
+        self.lost |= saturated || dt_s > self.max_gap_s;
         let visual = visual.filter(|q| q.coords.iter().all(|v| v.is_finite()));
         let Some(rotation) = self.rotation else {
             self.rotation = visual.copied();
@@ -66,6 +87,12 @@ impl VisualAttitude {
         } else {
             self.since_vision_s + dt_s
         };
+        if let (true, Some(visual)) = (self.lost, visual) {
+            // What is not known is not kept: the visual attitude takes its place.
+            self.rotation = Some(*visual);
+            self.lost = false;
+            return self.judge();
+        }
         let predicted = rotation * so3::exp(&(gyro * dt_s));
         let correction = visual.map_or_else(Vector3::zeros, |visual| {
             let error = predicted.inverse() * visual;
@@ -76,6 +103,21 @@ impl VisualAttitude {
         let mut next = predicted * so3::exp(&correction);
         next.renormalize();
         self.rotation = Some(next);
+        self.judge()
+    }
+
+    fn turn(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
+        if let Some(rotation) = &mut self.rotation {
+            *rotation *= so3::exp(&(gyro * dt_s));
+            rotation.renormalize();
+        }
+        self.since_vision_s += dt_s;
+    }
+
+    fn judge(&self) -> Status {
+        if let Some(reason) = self.watch.flaw() {
+            return Status::Weak(reason);
+        }
         if self.since_vision_s > COASTING_S {
             return Status::Weak(Reason::Coasting {
                 seconds: self.since_vision_s,

@@ -47,6 +47,8 @@ pub struct ImuBiasConfig {
     pub gate: f64,
     /// Longer steps are gaps, seconds.
     pub max_gap_s: f64,
+    /// Largest rate the gyro can read, rad/s (2000 deg/s is common).
+    pub gyro_limit_rad_s: f64,
 }
 
 impl Default for ImuBiasConfig {
@@ -66,6 +68,7 @@ impl Default for ImuBiasConfig {
             accel_bias_sigma: 0.3,
             gate: 30.0,
             max_gap_s: 0.5,
+            gyro_limit_rad_s: 34.9,
         }
     }
 }
@@ -84,6 +87,7 @@ impl ImuBiasConfig {
             ("accel_bias_sigma", self.accel_bias_sigma),
             ("gate", self.gate),
             ("max_gap_s", self.max_gap_s),
+            ("gyro_limit_rad_s", self.gyro_limit_rad_s),
         ] {
             positive(name, value)?;
         }

@@ -2,10 +2,11 @@
 
 use super::VelocityMeasurement;
 use super::config::{ImuBiasConfig, ImuBiasMethod};
+use super::field::FieldCheck;
 use super::kalman::{Kalman, Matrix12};
 use super::kinematics::Kinematics;
 use super::observability::Excitation;
-use crate::checks::{accel_unit, is_finite};
+use crate::checks::{Watch, is_finite};
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{Matrix3, Vector3};
 use sphereflow_sphere::lie::so3;
@@ -34,7 +35,8 @@ pub struct ImuBiasEstimator {
     pub(super) kalman: Kalman,
     excitation: Excitation,
     started: bool,
-    mean_accel: f64,
+    watch: Watch,
+    fields: FieldCheck,
     since_velocity_s: f64,
     since_field_s: f64,
     /// Integrals of gyro and velocity since the last velocity, for images that measure means.
@@ -50,8 +52,6 @@ pub struct ImuBiasEstimator {
 
 /// Without a velocity for so long the state coasts, seconds.
 const COASTING_S: f64 = 1.0;
-/// Time constant of the accelerometer's mean norm, seconds.
-const NORM_TAU_S: f64 = 2.0;
 
 impl ImuBiasEstimator {
     /// # Errors
@@ -63,7 +63,8 @@ impl ImuBiasEstimator {
             kalman: Kalman::new(&config, Kinematics::default()),
             excitation: Excitation::default(),
             started: false,
-            mean_accel: config.gravity_m_s2,
+            watch: Watch::new(config.gyro_limit_rad_s),
+            fields: FieldCheck::default(),
             since_velocity_s: 0.0,
             since_field_s: 0.0,
             turned: Vector3::zeros(),
@@ -126,17 +127,21 @@ impl ImuBiasEstimator {
         }
         for (sensor, v) in [(Sensor::Gyro, gyro), (Sensor::Accel, accel)] {
             if !is_finite(v) {
+                self.hold(dt_s);
                 return Status::Skipped(Reason::NotFinite { sensor });
             }
         }
         self.start(accel, velocity);
-        if dt_s > self.config.max_gap_s {
-            self.kalman.forget_motion();
-            self.begin_interval();
-            self.last = Some([*gyro, *accel]);
-            return Status::Weak(Reason::Gap { seconds: dt_s });
+        let saturated = self.watch.step(gyro, Some(accel), dt_s);
+        let gap = (dt_s > self.config.max_gap_s).then_some(Reason::Gap { seconds: dt_s });
+        if let Some(reason) = gap {
+            self.watch.remember(reason);
         }
-        self.mean_accel += (accel.norm() - self.mean_accel) * (1.0 - (-dt_s / NORM_TAU_S).exp());
+        if saturated || gap.is_some() {
+            self.lose_motion();
+            self.last = Some([*gyro, *accel]);
+            return self.judge();
+        }
         let [earlier_gyro, earlier_accel] = self
             .last
             .replace([*gyro, *accel])
@@ -146,17 +151,37 @@ impl ImuBiasEstimator {
             &((accel + earlier_accel) * 0.5),
             dt_s,
         );
-        let field = self.field(mag);
+        let (field, disturbed) = self.field(mag);
         let omega = gyro - self.kalman.x.gyro_bias;
         self.excitation.push(&omega, field.as_ref(), dt_s);
         if let Some(field) = field {
             self.use_field(&field);
         }
         let used = velocity.map_or(Ok(()), |velocity| self.use_velocity(velocity));
-        match used {
-            Err(reason) => Status::Weak(reason),
-            Ok(()) => self.judge(),
+        match used.err().or(disturbed) {
+            // A sensor with a flaw is the cause, a gate only what follows from it.
+            Some(Reason::Gated { .. }) if self.watch.flaw().is_some() => self.judge(),
+            Some(reason) => Status::Weak(reason),
+            None => self.judge(),
         }
+    }
+
+    /// Time passes without a reading: the best guess is the last one.
+    fn hold(&mut self, dt_s: f64) {
+        match self.last {
+            Some([gyro, accel]) if dt_s <= self.config.max_gap_s => {
+                self.predict(&gyro, &accel, dt_s);
+            }
+            _ => self.lose_motion(),
+        }
+    }
+
+    /// The turn since the sample before is unknown, and with it velocity and gravity. The observer,
+    /// which has no covariance to grow, begins with both anew.
+    fn lose_motion(&mut self) {
+        self.kalman.forget_motion();
+        self.begin_interval();
+        self.started = self.config.method == ImuBiasMethod::Ekf && self.started;
     }
 
     /// Gravity at the start: against the specific force.
@@ -187,10 +212,19 @@ impl ImuBiasEstimator {
         self.since_field_s += dt_s;
     }
 
-    fn field(&self, mag: Option<&Vector3<f64>>) -> Option<Vector3<f64>> {
-        self.config.field_dot_down?;
-        mag.filter(|m| is_finite(m))
-            .and_then(|m| m.try_normalize(1e-12))
+    /// The unit field where there is one to use, and why not.
+    fn field(&mut self, mag: Option<&Vector3<f64>>) -> (Option<Vector3<f64>>, Option<Reason>) {
+        let (Some(mag), Some(dot)) = (mag, self.config.field_dot_down) else {
+            return (None, None);
+        };
+        let down = self.kalman.x.gravity / self.config.gravity_m_s2;
+        match self.fields.judge(mag, &down, dot, self.since_field_s) {
+            Ok(field) => (Some(field), None),
+            Err(reason) => {
+                self.since_field_s = 0.0;
+                (None, Some(reason))
+            }
+        }
     }
 
     /// `b . g = B . G`. Thesis: section 7.1.
@@ -279,7 +313,7 @@ impl ImuBiasEstimator {
     }
 
     fn judge(&self) -> Status {
-        if let Some(reason) = accel_unit(self.mean_accel) {
+        if let Some(reason) = self.watch.flaw() {
             return Status::Weak(reason);
         }
         if self.since_velocity_s > COASTING_S {

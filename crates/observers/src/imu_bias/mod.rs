@@ -4,6 +4,7 @@
 //! `v' = v x (omega_m - omega_b) + g + a_m - a_b`, `g' = g x (omega_m - omega_b)`, constant biases.
 
 mod config;
+mod field;
 mod filter;
 mod kalman;
 mod kinematics;

@@ -11,6 +11,7 @@ use sphereflow_sim::Motion;
 use sphereflow_sim::motion::{Curve, Wave};
 
 mod bad_input;
+mod bad_table;
 mod convergence;
 mod lyapunov;
 mod observability;

@@ -4,7 +4,7 @@ use super::config::NavigationConfig;
 use super::history::{History, Input, forward};
 use super::measurement::Measurement;
 use super::state::{Belief, Matrix15, NominalState, P, THETA, V};
-use crate::checks::{accel_unit, is_finite, saturated};
+use crate::checks::{Watch, is_finite};
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{Matrix3, SMatrix, UnitQuaternion, Vector3};
 use sphereflow_core::{ImuSample, Pose, Stamp};
@@ -38,9 +38,8 @@ pub struct NavigationFilter {
     disturbed: Option<Stamp>,
     /// First rejected pose since the last good one.
     rejected_since: Option<Stamp>,
-    mean_accel: f64,
-    /// A flaw that lasts, and until when.
-    lasting: Option<(Reason, Stamp)>,
+    watch: Watch,
+    last_imu: Option<Stamp>,
 }
 
 /// Tilt of the first reading, rad: the accelerometer may have moved.
@@ -58,10 +57,6 @@ const FIELD_NORM: f64 = 0.1;
 const FIELD_DIP_RAD: f64 = 0.17;
 /// After a disturbance the field must be itself for so long before it is believed, seconds.
 const CALM_S: f64 = 0.5;
-/// After a flaw the status says so for this long, seconds.
-const LASTING_S: f64 = 1.0;
-/// Time constant of the accelerometer's mean norm, in readings.
-const NORM_READINGS: f64 = 400.0;
 
 impl NavigationFilter {
     /// # Errors
@@ -76,8 +71,8 @@ impl NavigationFilter {
             last_mag: None,
             disturbed: None,
             rejected_since: None,
-            mean_accel: config.gravity_m_s2.norm(),
-            lasting: None,
+            watch: Watch::new(config.gyro_limit_rad_s),
+            last_imu: None,
         })
     }
 
@@ -94,7 +89,6 @@ impl NavigationFilter {
                 return Status::Skipped(Reason::NotFinite { sensor });
             }
         }
-        self.mean_accel += (accel.norm() - self.mean_accel) / NORM_READINGS;
         let Some(history) = &mut self.history else {
             self.history = Some(History::new(first_belief(&self.config, sample)));
             return Status::Starting(Reason::NoData);
@@ -106,13 +100,16 @@ impl NavigationFilter {
             let seconds = history.newest().stamp.seconds_since(sample.stamp);
             return Status::Skipped(Reason::TooLate { seconds });
         }
-        let step_s = sample.stamp.seconds_since(history.newest().stamp);
-        let until = sample.stamp.plus_seconds(LASTING_S);
-        if step_s > self.config.max_gap_s {
-            self.lasting = Some((Reason::Gap { seconds: step_s }, until));
+        // A late reading fills its place, but says nothing of the time after the last one.
+        let step_s = sample
+            .stamp
+            .seconds_since(self.last_imu.unwrap_or(history.earliest()));
+        if step_s > 0.0 {
+            self.last_imu = Some(sample.stamp);
+            self.watch.step(gyro, Some(accel), step_s);
         }
-        if let Some(reason) = saturated(gyro, self.config.gyro_limit_rad_s) {
-            self.lasting = Some((reason, until));
+        if step_s > self.config.max_gap_s {
+            self.watch.remember(Reason::Gap { seconds: step_s });
         }
         // An inertial reading is never rejected.
         let _ = history.insert(sample.stamp, Input::Imu(*gyro, *accel), &self.config);
@@ -250,12 +247,8 @@ impl NavigationFilter {
     }
 
     fn status_of(&self, belief: &Belief) -> Status {
-        if let Some(reason) = accel_unit(self.mean_accel) {
+        if let Some(reason) = self.watch.flaw() {
             return Status::Weak(reason);
-        }
-        match self.lasting {
-            Some((reason, until)) if belief.stamp < until => return Status::Weak(reason),
-            _ => {}
         }
         if belief.coasting_s > COASTING_S {
             let seconds = belief.coasting_s;
@@ -313,7 +306,7 @@ impl NavigationFilter {
             history.doubt((2.0 * distance / limit).max(1.0));
         }
         self.rejected_since = None;
-        self.lasting = Some((reason, stamp.plus_seconds(LASTING_S)));
+        self.watch.remember(reason);
         let newest = self.history.as_ref().map_or(stamp, |h| h.newest().stamp);
         self.measure(stamp.max(newest), Measurement::Pose(pose, covariance))
     }

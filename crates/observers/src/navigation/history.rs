@@ -4,6 +4,7 @@ use super::config::NavigationConfig;
 use super::measurement::Measurement;
 use super::state::{Belief, THETA, V};
 use crate::Reason;
+use crate::checks::saturated;
 use nalgebra::Vector3;
 use sphereflow_core::Stamp;
 use std::collections::VecDeque;
@@ -29,6 +30,9 @@ struct Event {
 /// What is unknown of a gap between inertial readings: rad/s and m/s^2.
 const GAP_RATE: f64 = 1.0;
 const GAP_ACCEL: f64 = 3.0;
+
+/// Of a saturated gyro: the true rate exceeds the limit by about this part of it.
+const BEYOND_LIMIT: f64 = 0.5;
 
 /// Samples in the order of their stamps.
 #[derive(Clone, Debug)]
@@ -177,6 +181,11 @@ pub fn forward(
         None => (belief.gyro, belief.accel),
     };
     belief.predict(config, &gyro, &accel, dt_s);
+    let limit = config.gyro_limit_rad_s;
+    if next.is_some_and(|(gyro, _)| saturated(gyro, limit).is_some()) {
+        // The true rate lies anywhere beyond the limit.
+        belief.add_variance(THETA, (BEYOND_LIMIT * limit * dt_s).powi(2));
+    }
     if dt_s > config.max_gap_s {
         belief.add_variance(THETA, (GAP_RATE * dt_s).powi(2));
         belief.add_variance(V, (GAP_ACCEL * dt_s).powi(2));

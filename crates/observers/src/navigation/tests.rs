@@ -11,6 +11,7 @@ use sphereflow_sim::Motion;
 use sphereflow_sphere::lie::so3;
 
 mod bad_input;
+mod bad_table;
 mod observer;
 mod order;
 mod tour;

@@ -2,10 +2,11 @@
 
 use super::alignment::Sloped;
 use super::config::{BiasMethod, VelocityBiasConfig};
-use super::images::Binning;
+use super::images::{Binning, Images};
 use super::observer::{FieldObserver, Gains, ImageVelocity};
 use super::tracking::Tracking;
 use super::window::Window;
+use crate::checks::{DeadAxis, is_finite, saturated};
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use sphereflow_core::{Plane, RangeMap};
@@ -40,6 +41,10 @@ pub struct VelocityBiasEstimator {
     /// Information of the images so far, for observability.
     seen: Matrix6<f64>,
     linear_measured: bool,
+    /// Of the angular and the linear velocity.
+    axes: [DeadAxis; 2],
+    /// The motion since the last images that were used is unknown.
+    lost: bool,
     status: Status,
 }
 
@@ -84,6 +89,8 @@ impl VelocityBiasEstimator {
             mean_range: 1.0,
             seen: Matrix6::zeros(),
             linear_measured: false,
+            axes: [DeadAxis::new(); 2],
+            lost: false,
             status: Status::Starting(Reason::NoData),
         })
     }
@@ -150,29 +157,30 @@ impl VelocityBiasEstimator {
         if !(dt_s > 0.0 && dt_s.is_finite()) {
             return Ok(Status::Skipped(Reason::StampNotIncreasing));
         }
-        let v = velocity.linear_m_s.unwrap_or_default();
-        if !velocity
-            .angular_rad_s
-            .iter()
-            .chain(&v)
-            .all(|x| x.is_finite())
-        {
-            return Ok(Status::Skipped(Reason::NotFinite {
-                sensor: Sensor::Velocity,
-            }));
-        }
-        let known: Vec<f64> = images
+        let (sum, count) = images
             .range
             .data()
             .iter()
-            .map(|d| f64::from(*d))
             .filter(|d| d.is_finite())
-            .collect();
-        let share = known.len() as f64 / images.range.data().len().max(1) as f64;
+            .fold((0.0, 0_usize), |(sum, n), d| (sum + f64::from(*d), n + 1));
+        let share = count as f64 / images.range.data().len().max(1) as f64;
+        let lost = self.lost_motion(velocity, dt_s);
         if share < MIN_SHARE {
+            match (&mut self.estimator, lost) {
+                (Estimator::Information(information), None) => information.coast(velocity, dt_s),
+                _ => self.lost = true,
+            }
             return Ok(Status::Skipped(Reason::FewPixels { share }));
         }
-        self.mean_range = known.iter().sum::<f64>() / known.len() as f64;
+        self.mean_range = sum / count as f64;
+        if std::mem::take(&mut self.lost) || lost.is_some() {
+            self.restart(images, velocity)?;
+            return Ok(match lost {
+                None => Status::Starting(Reason::NoData),
+                Some(reason @ Reason::NotFinite { .. }) => Status::Skipped(reason),
+                Some(reason) => Status::Weak(reason),
+            });
+        }
         self.linear_measured |= velocity.linear_m_s.is_some();
         match &mut self.estimator {
             Estimator::Observer(observer) => {
@@ -187,10 +195,47 @@ impl VelocityBiasEstimator {
                 }
             }
         }
-        Ok(match self.blind_directions().len() {
+        Ok(self.judge(velocity, dt_s))
+    }
+
+    /// Why the motion since the images before is not known.
+    fn lost_motion(&self, velocity: &ImageVelocity, dt_s: f64) -> Option<Reason> {
+        let v = velocity.linear_m_s.unwrap_or_default();
+        if !(is_finite(&velocity.angular_rad_s) && is_finite(&v)) {
+            let sensor = Sensor::Velocity;
+            return Some(Reason::NotFinite { sensor });
+        }
+        if dt_s > self.config.max_gap_s {
+            return Some(Reason::Gap { seconds: dt_s });
+        }
+        saturated(&velocity.angular_rad_s, self.config.angular_limit_rad_s)
+    }
+
+    /// The images are the first ones once more; what is known of the biases stays.
+    fn restart(&mut self, images: Images, velocity: &ImageVelocity) -> Result<()> {
+        match &mut self.estimator {
+            Estimator::Observer(observer) => observer.restart(images),
+            Estimator::Information(information) => {
+                let image = Sloped::new(&self.grid, images)?;
+                information.restart(&self.grid, image, velocity, self.mean_range);
+            }
+        }
+        Ok(())
+    }
+
+    fn judge(&mut self, velocity: &ImageVelocity, dt_s: f64) -> Status {
+        let angular = self.axes[0].step(&velocity.angular_rad_s, dt_s);
+        let linear = velocity
+            .linear_m_s
+            .and_then(|v| self.axes[1].step(&v, dt_s));
+        if let Some(axis) = angular.or(linear) {
+            let sensor = Sensor::Velocity;
+            return Status::Weak(Reason::DeadAxis { sensor, axis });
+        }
+        match self.blind_directions().len() {
             0 => Status::Ok,
             directions => Status::Weak(Reason::Unobservable { directions }),
-        })
+        }
     }
 
     /// Thesis: Theorem 3: a closed scene with a rotation axis, or a view that slides on itself, shows

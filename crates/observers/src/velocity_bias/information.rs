@@ -133,6 +133,20 @@ impl BiasInformation {
         whole.lu().solve(&(p * found.gradient - xi))
     }
 
+    /// How far the best pose of an alignment at `pose exp(xi)` lies from that of the readings, in units
+    /// of both their covariances and of `noise`, squared. `None` where it leaves a direction open.
+    pub fn disagreement(
+        &self,
+        xi: &Vector6<f64>,
+        found: &PoseInformation,
+        noise: &Matrix6<f64>,
+    ) -> Option<f64> {
+        let own = found.information.cholesky()?;
+        let off = xi + own.solve(&found.gradient);
+        let whole = self.pose_covariance() + own.inverse() + noise;
+        Some(off.dot(&whole.cholesky()?.solve(&off)))
+    }
+
     /// Take in an alignment at `pose exp(xi)`. False where it makes no sense.
     pub fn correct(
         &mut self,

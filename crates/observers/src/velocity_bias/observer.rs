@@ -9,10 +9,10 @@
 use super::images::Images;
 use super::window::Window;
 use crate::Result;
-use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
 use sphereflow_core::Plane;
-use sphereflow_sphere::{Sampler, SphereGrid};
+use sphereflow_sphere::SphereGrid;
 
 /// How the biases follow the integrals.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +31,12 @@ pub struct ImageVelocity {
     /// m/s.
     pub linear_m_s: Option<Vector3<f64>>,
 }
+
+mod flow;
+#[cfg(test)]
+mod ledger;
+
+use flow::{Flow, mean};
 
 /// The observer's state.
 #[derive(Clone, Debug)]
@@ -113,34 +119,40 @@ impl FieldObserver {
             self.fields = Some((measured, images));
             return Ok(());
         };
-        let omega = velocity.angular_rad_s - self.bias.fixed_rows::<3>(0);
-        let v = velocity
-            .linear_m_s
-            .map_or_else(Vector3::zeros, |v| v - self.bias.fixed_rows::<3>(3));
-        let flow = Flow {
+        let flow = self.flow(&before, &images, velocity, dt_s);
+        let sources = [mean(&before.grey, &images.grey), flow.range.clone()];
+        let share = self.k_field * dt_s;
+        let mut corrected =
+            [0, 1].map(|i| flow.transport(&fields[i], &sources[i], i == 1, &measured[i], share));
+        let linear = velocity.linear_m_s.is_some();
+        self.follow(&mut corrected, &measured, &images, linear, dt_s)?;
+        self.fields = Some((corrected, images));
+        Ok(())
+    }
+
+    /// The flow between two images, as the de-biased velocities make it.
+    fn flow(
+        &self,
+        before: &Images,
+        images: &Images,
+        velocity: &ImageVelocity,
+        dt_s: f64,
+    ) -> Flow<'_> {
+        Flow {
             grid: &self.grid,
             window: &self.window,
             range: mean(&before.range, &images.range),
-            omega,
-            v,
+            omega: velocity.angular_rad_s - self.bias.fixed_rows::<3>(0),
+            v: velocity
+                .linear_m_s
+                .map_or_else(Vector3::zeros, |v| v - self.bias.fixed_rows::<3>(3)),
             dt_s,
-        };
-        let sources = [mean(&before.grey, &images.grey), flow.range.clone()];
-        let share = self.k_field * dt_s;
-        let corrected: Vec<Plane<f32>> = (0..2)
-            .map(|i| flow.transport(&fields[i], &sources[i], i == 1, &measured[i], share))
-            .collect();
-        self.follow(
-            &corrected,
-            &measured,
-            &images,
-            velocity.linear_m_s.is_some(),
-            dt_s,
-        )?;
-        if let Ok(fields) = <[Plane<f32>; 2]>::try_from(corrected) {
-            self.fields = Some((fields, images));
         }
-        Ok(())
+    }
+
+    /// The images are the first ones once more; the biases stay.
+    pub fn restart(&mut self, images: Images) {
+        self.fields = Some((self.windowed(&images), images));
     }
 
     /// X = phi y and Lambda = phi D. Thesis: section 5.4.1.
@@ -154,206 +166,146 @@ impl FieldObserver {
         })
     }
 
-    /// The integrals of (5.33) and the step of the biases.
+    /// The integrals of (5.33) and the step of the biases, which is implicit: the fields go along with
+    /// the biases' change, as if they had been transported by the new ones. An explicit step of
+    /// `b' = -K g` adds `dt^2 g . K g / 2` to the Lyapunov function, which on the whole sphere is more
+    /// than the correction takes away; the implicit one takes as much away.
     fn follow(
         &mut self,
-        fields: &[Plane<f32>],
+        fields: &mut [Plane<f32>; 2],
         measured: &[Plane<f32>; 2],
         images: &Images,
         linear: bool,
         dt_s: f64,
     ) -> Result<()> {
-        let (mut integral, mut gram, mut energy) = (Vector6::zeros(), Matrix6::zeros(), 0.0);
-        for i in 0..2 {
-            let source = [&images.grey, &images.range][i];
-            let values: Vec<f64> = fields[i].data().iter().map(|v| f64::from(*v)).collect();
-            let gradient = self.grid.gradient(&values)?;
-            let parts = self.integrals(
-                &values,
-                measured[i].data(),
-                source.data(),
-                images.range.data(),
-                &gradient,
-                i == 1,
+        let mut slopes = Vec::with_capacity(2);
+        for (i, field) in fields.iter().enumerate() {
+            let values: Vec<f64> = field.data().iter().map(|v| f64::from(*v)).collect();
+            slopes.push(Slopes {
+                gradient: self.grid.gradient(&values)?,
+                source: [&images.grey, &images.range][i].data(),
+                range: images.range.data(),
+                is_range: i == 1,
                 linear,
-            );
+            });
+        }
+        let (mut integral, mut gram) = (Vector6::zeros(), Matrix6::zeros());
+        for i in 0..2 {
+            let parts = self.integrals(&fields[i], &measured[i], &slopes[i]);
             integral += parts.0 * self.lambda[i];
             gram += parts.1 * self.lambda[i];
-            energy += 0.5 * parts.2 * self.lambda[i];
         }
-        (self.gram, self.field_energy) = (gram, energy);
-        let step = match self.gains {
-            Gains::Fixed(k_omega, k_v) => {
-                let k = Vector6::new(k_omega, k_omega, k_omega, k_v, k_v, k_v);
-                integral.component_mul(&k)
-            }
-            Gains::Normalised(rate) => divided(&gram, &integral) * (rate * self.k_field),
-        };
-        self.bias -= step * dt_s;
+        let carried = dt_s / (1.0 + self.k_field * dt_s);
+        let step = self.bias_step(&integral, &gram, carried, dt_s);
+        self.bias += step;
+        self.gram = gram;
+        self.field_energy = 0.0;
+        for i in 0..2 {
+            self.carry(&mut fields[i], &slopes[i], &(step * carried));
+            let energy = self.energy(&fields[i], &measured[i]);
+            self.field_energy += 0.5 * self.lambda[i] * energy;
+        }
         Ok(())
     }
 
-    /// `int e s`, `int s s'`, `int e^2` of a field, in fixed chunks: row after row.
-    #[allow(clippy::too_many_arguments)]
+    /// `-dt (K^-1 + dt^2 Gram / (1 + k dt))^-1 int`.
+    fn bias_step(
+        &self,
+        integral: &Vector6<f64>,
+        gram: &Matrix6<f64>,
+        carried: f64,
+        dt_s: f64,
+    ) -> Vector6<f64> {
+        match self.gains {
+            Gains::Fixed(k_omega, k_v) => {
+                let k = Vector6::new(k_omega, k_omega, k_omega, k_v, k_v, k_v);
+                let whole = Matrix6::from_diagonal(&k.map(|k| 1.0 / k)) + gram * (dt_s * carried);
+                let solved = whole.cholesky().map(|factor| factor.solve(integral));
+                solved.unwrap_or_else(|| integral.component_mul(&k)) * -dt_s
+            }
+            Gains::Normalised(rate) => {
+                let gain = rate * self.k_field;
+                divided(gram, integral) * (-dt_s * gain / (1.0 + gain * dt_s * carried))
+            }
+        }
+    }
+
+    /// What a pixel says of the biases, [angular, linear].
+    #[inline]
+    fn sensitivity(&self, i: usize, slopes: &Slopes<'_>) -> Vector6<f64> {
+        let eta = self.grid.rays()[i];
+        let slope = slopes.gradient[i] - self.window.gradient()[i] * f64::from(slopes.source[i]);
+        let omega = slope.cross(&eta);
+        let mut v = Vector3::zeros();
+        if slopes.linear {
+            v = eta.cross(&omega) * (-1.0 / f64::from(slopes.range[i]));
+            if slopes.is_range {
+                v += eta * self.window.values()[i];
+            }
+        }
+        Vector6::new(omega.x, omega.y, omega.z, v.x, v.y, v.z)
+    }
+
+    /// `int e s`, `int s s'` of a field, in fixed chunks: row after row.
     fn integrals(
         &self,
-        values: &[f64],
-        measured: &[f32],
-        source: &[f32],
-        range: &[f32],
-        gradient: &[Vector3<f64>],
-        is_range: bool,
-        linear: bool,
-    ) -> (Vector6<f64>, Matrix6<f64>, f64) {
+        field: &Plane<f32>,
+        measured: &Plane<f32>,
+        slopes: &Slopes<'_>,
+    ) -> (Vector6<f64>, Matrix6<f64>) {
         let width = self.grid.width();
         let row = |y: usize| {
-            let (mut integral, mut gram, mut energy) = (Vector6::zeros(), Matrix6::zeros(), 0.0);
+            let (mut integral, mut gram) = (Vector6::zeros(), Matrix6::zeros());
             for i in y * width..(y + 1) * width {
-                let (eta, area) = (self.grid.rays()[i], self.grid.solid_angle()[i]);
-                let error = values[i] - f64::from(measured[i]);
-                let slope = gradient[i] - self.window.gradient()[i] * f64::from(source[i]);
-                let omega = slope.cross(&eta);
-                let mut v = eta.cross(&omega) * (-1.0 / f64::from(range[i]));
-                if is_range {
-                    v += eta * self.window.values()[i];
-                }
-                if !linear {
-                    v = Vector3::zeros();
-                }
-                let s = Vector6::new(omega.x, omega.y, omega.z, v.x, v.y, v.z);
-                let weight = area * (error + s.sum());
-                if weight.is_finite() {
+                let area = self.grid.solid_angle()[i];
+                let error = f64::from(field.data()[i]) - f64::from(measured.data()[i]);
+                let s = self.sensitivity(i, slopes);
+                if (area * (error + s.sum())).is_finite() {
                     integral += s * (area * error);
                     gram += s * s.transpose() * area;
-                    energy += area * error * error;
                 }
             }
-            (integral, gram, energy)
+            (integral, gram)
         };
         let rows: Vec<_> = (0..self.grid.height()).into_par_iter().map(row).collect();
         rows.into_iter()
-            .fold((Vector6::zeros(), Matrix6::zeros(), 0.0), |a, b| {
-                (a.0 + b.0, a.1 + b.1, a.2 + b.2)
+            .fold((Vector6::zeros(), Matrix6::zeros()), |a, b| {
+                (a.0 + b.0, a.1 + b.1)
             })
     }
-}
 
-/// The flow of a step.
-struct Flow<'a> {
-    grid: &'a SphereGrid,
-    window: &'a Window,
-    range: Plane<f32>,
-    omega: Vector3<f64>,
-    v: Vector3<f64>,
-    dt_s: f64,
-}
-
-impl Flow<'_> {
-    /// `W = eta x (omega + eta x v / D)`.
-    fn velocity(&self, eta: &Vector3<f64>, range: f64) -> Vector3<f64> {
-        eta.cross(&(self.omega + eta.cross(&self.v) / range))
-    }
-
-    /// A field carried along, its sources added, and corrected by what is measured. Where the
-    /// estimate is unknown the measurement takes its place, and the other way round.
-    fn transport(
-        &self,
-        field: &Plane<f32>,
-        source: &Plane<f32>,
-        is_range: bool,
-        measured: &Plane<f32>,
-        share: f64,
-    ) -> Plane<f32> {
-        let (width, height) = field.size();
-        let mut out = Plane::filled(width, height, f32::NAN);
-        let (sampler, ranges) = if self.grid.wraps_around() {
-            (Sampler::wrapping(field), Sampler::wrapping(&self.range))
-        } else {
-            (Sampler::new(field), Sampler::new(&self.range))
-        };
-        out.data_mut()
-            .par_chunks_mut(width)
-            .enumerate()
-            .for_each(|(y, row)| {
-                for (x, out) in row.iter_mut().enumerate() {
-                    let i = y * width + x;
-                    let seen = f64::from(measured.data()[i]);
-                    let carried = self.carried(
-                        x,
-                        y,
-                        &sampler,
-                        &ranges,
-                        f64::from(source.data()[i]),
-                        is_range,
-                    );
-                    *out = match (carried.is_finite(), seen.is_finite()) {
-                        (true, true) => (carried + share * seen) / (1.0 + share),
-                        (true, false) => carried,
-                        _ => seen,
-                    } as f32;
+    /// The field changes by what its sensitivities make of a step of the biases.
+    fn carry(&self, field: &mut Plane<f32>, slopes: &Slopes<'_>, step: &Vector6<f64>) {
+        let width = self.grid.width();
+        let rows = field.data_mut().par_chunks_mut(width).enumerate();
+        rows.for_each(|(y, row)| {
+            for (x, value) in row.iter_mut().enumerate() {
+                let change = self.sensitivity(y * width + x, slopes).dot(step);
+                if change.is_finite() {
+                    *value += change as f32;
                 }
-            });
-        out
-    }
-
-    /// The value that arrives at a pixel, with the window's change and the range's source on the way.
-    fn carried(
-        &self,
-        x: usize,
-        y: usize,
-        field: &Sampler<'_>,
-        ranges: &Sampler<'_>,
-        source: f64,
-        is_range: bool,
-    ) -> f64 {
-        let eta = self.grid.ray(x, y);
-        let range = f64::from(self.range[(x, y)]);
-        if !(range.is_finite() && eta.x.is_finite()) {
-            return f64::NAN;
-        }
-        let middle = (eta - self.velocity(&eta, range) * (0.5 * self.dt_s)).normalize();
-        let there = self.pixel(&middle).map_or(range, |p| {
-            let sampled = f64::from(ranges.bilinear(&p));
-            if sampled.is_finite() { sampled } else { range }
+            }
         });
-        let foot = (eta - self.velocity(&middle, there) * self.dt_s).normalize();
-        let Some(pixel) = self.pixel(&foot) else {
-            return f64::NAN;
-        };
-        let phi = self.window.values()[y * self.grid.width() + x];
-        let phi_foot = self.window.at(&pixel);
-        let mut value = f64::from(field.bicubic(&pixel)) + source * (phi - phi_foot);
-        if is_range {
-            value -= 0.5 * (phi + phi_foot) * self.v.dot(&middle) * self.dt_s;
-        }
-        value
     }
 
-    /// Where the ray is in the image; beyond its border the nearest pixel: the field goes on without
-    /// slope where the flow comes in.
-    fn pixel(&self, ray: &Vector3<f64>) -> Option<Vector2<f64>> {
-        let camera = self.grid.camera();
-        let pixel = camera.project(ray)?;
-        if self.grid.wraps_around() {
-            return Some(pixel);
-        }
-        let (w, h) = (camera.width() as f64 - 1.0, camera.height() as f64 - 1.0);
-        Some(Vector2::new(pixel.x.clamp(0.0, w), pixel.y.clamp(0.0, h)))
+    /// `int e^2`.
+    fn energy(&self, field: &Plane<f32>, measured: &Plane<f32>) -> f64 {
+        let pixels = field.data().iter().zip(measured.data());
+        pixels
+            .zip(self.grid.solid_angle())
+            .map(|((a, b), area)| (f64::from(*a) - f64::from(*b)).powi(2) * area)
+            .filter(|part| part.is_finite())
+            .sum()
     }
 }
 
-/// Mean of two images; where one is unknown, the other.
-fn mean(a: &Plane<f32>, b: &Plane<f32>) -> Plane<f32> {
-    Plane::from_fn(a.width(), a.height(), |x, y| {
-        let (a, b) = (a[(x, y)], b[(x, y)]);
-        if a.is_nan() {
-            b
-        } else if b.is_nan() {
-            a
-        } else {
-            0.5 * (a + b)
-        }
-    })
+/// What the sensitivities of a field are made of.
+struct Slopes<'a> {
+    gradient: Vec<Vector3<f64>>,
+    source: &'a [f32],
+    range: &'a [f32],
+    is_range: bool,
+    linear: bool,
 }
 
 /// `Gram^-1 integral` over the directions that the images show.

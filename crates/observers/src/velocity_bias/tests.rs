@@ -11,6 +11,8 @@ use sphereflow_sim::{Motion, Renderer, Scene};
 use sphereflow_sphere::{Camera, SphereGrid};
 
 mod bad_input;
+mod bad_table;
+mod covariance;
 mod information;
 mod observer;
 
@@ -42,24 +44,25 @@ const THESIS: Noise = Noise {
     angular: 0.005,
 };
 
-fn true_bias() -> Vector6<f64> {
+pub(super) fn true_bias() -> Vector6<f64> {
     Vector6::new(0.05, 0.0, 0.0, 2.5, 0.0, 0.0)
 }
 
 /// 50 x 40 degrees.
-fn camera(width: usize, height: usize) -> Camera {
+pub(super) fn camera(width: usize, height: usize) -> Camera {
     let f = |n: usize, deg: f64| 0.5 * n as f64 / (0.5 * deg).to_radians().tan();
     let (cx, cy) = (0.5 * width as f64 - 0.5, 0.5 * height as f64 - 0.5);
     Camera::pinhole(f(width, 50.0), f(height, 40.0), cx, cy, width, height).unwrap()
 }
 
 /// The simulation of section 5.4.3: a hand-held camera in the painted room.
-struct Simulation {
+pub(super) struct Simulation {
     renderer: Renderer,
     motion: Motion,
     noise: Noise,
     rng: ChaCha8Rng,
     index: usize,
+    rate_hz: f64,
 }
 
 impl Simulation {
@@ -80,6 +83,23 @@ impl Simulation {
             noise,
             rng: ChaCha8Rng::seed_from_u64(1),
             index: 0,
+            rate_hz: RATE_HZ,
+        }
+    }
+
+    /// Without noise, of another scene and at another rate.
+    pub(super) fn exact(camera: &Camera, scene: &Scene, rate_hz: f64) -> Self {
+        Self {
+            renderer: Renderer::new(scene, camera),
+            rate_hz,
+            ..Self::new(camera, EXACT)
+        }
+    }
+
+    /// The camera turns at one place.
+    pub(super) fn turn_only(&mut self) {
+        for curve in &mut self.motion.position_m {
+            curve.waves.clear();
         }
     }
 
@@ -89,8 +109,8 @@ impl Simulation {
     }
 
     /// Images and biased velocities of the next frame, `dt_s` after the one before.
-    fn next(&mut self) -> (Plane<f32>, RangeMap, ImageVelocity, f64) {
-        let dt_s = 1.0 / RATE_HZ;
+    pub(super) fn next(&mut self) -> (Plane<f32>, RangeMap, ImageVelocity, f64) {
+        let dt_s = 1.0 / self.rate_hz;
         let t_s = self.index as f64 * dt_s;
         self.index += 1;
         let image = self.renderer.render(&self.motion.pose(t_s));

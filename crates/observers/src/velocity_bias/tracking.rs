@@ -7,7 +7,7 @@ use super::information::{BiasInformation, BiasPrior, PoseInformation};
 use super::observer::ImageVelocity;
 use super::references::{Reference, References};
 use super::row_motion::RowMotion;
-use crate::{Reason, Status};
+use crate::{Reason, Sensor, Status};
 use nalgebra::{Matrix6, Vector6};
 use sphereflow_core::Pose;
 use sphereflow_sphere::SphereGrid;
@@ -18,8 +18,10 @@ const MOST_WARPS: usize = 4;
 /// A step of the warp below this angle is not repeated: a tenth of a pixel at 160.
 const SETTLED_RAD: f64 = 5e-4;
 
-/// Errors of an alignment that all its pixels share, pixels.
-const FLOOR_PIXELS: f64 = 0.6;
+/// Squared distance (6 degrees of freedom) beyond which an alignment has found another minimum.
+const GATE: f64 = 35.0;
+/// After so many of them in a row it is the readings that were wrong: a new reference begins.
+const PATIENCE: usize = 5;
 
 /// Angle between two neighbouring pixels in the middle of the image, rad.
 fn pixel_angle(grid: &SphereGrid) -> f64 {
@@ -34,7 +36,9 @@ pub struct Tracking {
     references: References,
     readout_s: f64,
     timing_sigma_s: f64,
-    floor_rad: f64,
+    /// Error of an alignment that all its pixels share, rad.
+    shared_rad: f64,
+    rejected: usize,
     linear_measured: bool,
 }
 
@@ -50,7 +54,8 @@ impl Tracking {
             references: References::new(grid),
             readout_s: config.readout_s,
             timing_sigma_s: config.timing_sigma_s,
-            floor_rad: FLOOR_PIXELS * pixel_angle(grid),
+            shared_rad: config.shared_error_px * pixel_angle(grid),
+            rejected: 0,
             linear_measured: false,
         }
     }
@@ -70,13 +75,11 @@ impl Tracking {
         mean_range: f64,
         dt_s: f64,
     ) -> Result<Matrix6<f64>, Status> {
-        let (w, v) = (velocity.angular_rad_s, velocity.linear_m_s);
-        if v.is_some() && !self.linear_measured {
+        if velocity.linear_m_s.is_some() && !self.linear_measured {
             self.linear_measured = true;
             self.known.begin_linear();
         }
-        let v = v.unwrap_or_default();
-        let measured = Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z);
+        let measured = stacked(velocity);
         let linear = velocity.linear_m_s.is_some();
         if self.references.is_empty() {
             let twist = measured - self.known.bias();
@@ -98,10 +101,23 @@ impl Tracking {
             rows,
         };
         let (xi, found, share) = settle(&pair, &self.known, &noise, mean_range);
+        let disagreement = self.known.disagreement(&xi, &found, &noise);
+        if let Some(distance) = disagreement.filter(|d| *d > GATE) {
+            self.rejected += 1;
+            if self.rejected >= PATIENCE {
+                self.begin(grid, image, &twist, &noise);
+            }
+            return Err(Status::Skipped(Reason::Gated {
+                sensor: Sensor::Image,
+                distance,
+                limit: GATE,
+            }));
+        }
         if share < MIN_SHARE || !self.known.correct(&xi, &found, &noise) {
             self.begin(grid, image, &twist, &noise);
             return Err(Status::Skipped(Reason::FewPixels { share }));
         }
+        self.rejected = 0;
         let pose = *self.known.pose();
         let nearest = self.references.nearest(&pose, mean_range);
         if nearest.is_none_or(|(_, distance)| self.references.is_far(distance)) {
@@ -115,6 +131,31 @@ impl Tracking {
         Ok(found.information)
     }
 
+    /// Images that cannot be aligned: the motion meanwhile is that of the velocities alone.
+    pub fn coast(&mut self, velocity: &ImageVelocity, dt_s: f64) {
+        if !self.references.is_empty() {
+            let linear = velocity.linear_m_s.is_some();
+            self.known.predict(&stacked(velocity), linear, dt_s);
+        }
+    }
+
+    /// What came before is of no use any more.
+    pub fn restart(
+        &mut self,
+        grid: &SphereGrid,
+        image: Sloped,
+        velocity: &ImageVelocity,
+        mean_range: f64,
+    ) {
+        let measured = stacked(velocity);
+        let twist = if measured.iter().all(|m| m.is_finite()) {
+            measured - self.known.bias()
+        } else {
+            Vector6::zeros()
+        };
+        self.begin(grid, image, &twist, &self.common_noise(&twist, mean_range));
+    }
+
     /// The image becomes the only reference.
     fn begin(
         &mut self,
@@ -123,6 +164,7 @@ impl Tracking {
         twist: &Vector6<f64>,
         noise: &Matrix6<f64>,
     ) {
+        self.rejected = 0;
         self.known.restart(noise);
         self.references.clear();
         self.references.add(Reference {
@@ -137,10 +179,19 @@ impl Tracking {
     fn common_noise(&self, twist: &Vector6<f64>, mean_range: f64) -> Matrix6<f64> {
         let square = |i: usize| twist.fixed_rows::<3>(i).norm_squared();
         let variance = self.timing_sigma_s * self.timing_sigma_s;
-        let a = square(0) * variance + self.floor_rad.powi(2);
-        let v = square(3) * variance + (self.floor_rad * mean_range).powi(2);
+        let a = square(0) * variance + self.shared_rad.powi(2);
+        let v = square(3) * variance + (self.shared_rad * mean_range).powi(2);
         Matrix6::from_diagonal(&Vector6::new(a, a, a, v, v, v))
     }
+}
+
+/// [angular, linear], zero where none was measured.
+fn stacked(velocity: &ImageVelocity) -> Vector6<f64> {
+    let (w, v) = (
+        velocity.angular_rad_s,
+        velocity.linear_m_s.unwrap_or_default(),
+    );
+    Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z)
 }
 
 /// Aligned where readings and images together are best: warped again while that moves the image.

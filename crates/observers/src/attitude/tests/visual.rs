@@ -13,6 +13,7 @@ fn visual_observer_error_decays_at_the_gain_whatever_the_sign_of_the_visual_atti
         observer.step(&Vector3::zeros(), Some(&start), DT_S);
         let error = |o: &VisualAttitude, b: &Body| o.rotation().unwrap().angle_to(&b.rotation);
         let first = error(&observer, &body);
+        let mut last = first;
         for i in 0..200 {
             let [gyro, ..] = body.step(true);
             let mut seen = body.rotation;
@@ -20,6 +21,10 @@ fn visual_observer_error_decays_at_the_gain_whatever_the_sign_of_the_visual_atti
                 seen = UnitQuaternion::new_unchecked(-seen.into_inner());
             }
             observer.step(&gyro, Some(&seen), DT_S);
+            // V = |xi|^2
+            let now = error(&observer, &body);
+            assert!(now < last, "step {i}: {last} -> {now}");
+            last = now;
         }
         let rate = (first / error(&observer, &body)).ln() / (200.0 * DT_S);
         // sin against the angle: second order in the error.

@@ -3,14 +3,14 @@
 use super::*;
 
 #[test]
-fn observer_without_noise_has_a_falling_lyapunov_function() {
+fn lyapunov_function_without_noise_falls_on_every_step() {
     // Thesis: eq. (7.4). Thesis: section 7.3.
     // Thesis: eq. (7.5): the error's dynamics, with the corrected `v^ x omega_b~`.
     let motion = looking_around();
     let config = config(ImuBiasMethod::Observer);
     let mut observer = ImuBiasEstimator::new(config).unwrap();
     let samples = samples(&motion, 120.0, 200.0, EXACT, 0);
-    let (mut last, mut first, mut rises, mut steps) = (f64::INFINITY, None, 0, 0);
+    let (mut last, mut first) = (f64::INFINITY, None);
     for (i, s) in samples.iter().enumerate() {
         observer.step(
             &s.gyro_rad_s,
@@ -23,17 +23,16 @@ fn observer_without_noise_has_a_falling_lyapunov_function() {
         let v = config
             .gains
             .lyapunov(estimate, &truth(&motion, i as f64 * DT_S));
-        if i > 0 {
-            steps += 1;
-            // Discrete steps leave a floor: V near 1e-6 of its start may ring.
-            rises += usize::from(v > last * (1.0 + 1e-9) && v > 1e-5 * first.unwrap_or(1.0));
-        }
+        assert!(v < last, "step {i}: {last} -> {v}");
         first.get_or_insert(v);
         last = v;
     }
     let first = first.unwrap();
     assert!(last < 0.01 * first, "{first} -> {last}");
-    assert!(rises * 50 < steps, "{rises} of {steps} steps rose");
+    println!(
+        "(7.4): V {first:.3e} -> {last:.3e}, falling on each of {} steps",
+        samples.len()
+    );
 }
 
 #[test]

@@ -119,7 +119,7 @@ fn position_observer_names_what_is_not_finite() {
     let status = observer.step(&Vector3::zeros(), &-DOWN, &q, None, Some(&nan), DT_S);
     assert_eq!(
         status,
-        Status::Skipped(Reason::NotFinite {
+        Status::Weak(Reason::NotFinite {
             sensor: Sensor::Pose
         })
     );
