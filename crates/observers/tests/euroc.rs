@@ -1,9 +1,9 @@
 //! IMU biases on a recording of a micro air vehicle, with velocities taken from the truth.
 //!
-//! What limits the accelerometer's bias is not the noise: eight noises and four starts differ by
-//! 0.003 m/s^2, and with other densities and walks, from a tenth to ten times, what is found stays
-//! within 0.01. A constant stands for everything between reading and truth: of gravity, half a percent
-//! of misalignment or scale of the axes, which no bias describes, is 0.05 m/s^2.
+//! What limits the accelerometer's bias is not the noise drawn here: eight noises and four starts
+//! differ by 0.003 m/s^2. What does limit it is not known; a misalignment or a scale of the axes, half a
+//! percent of gravity, would be 0.05 m/s^2, and no constant describes it. The claimed noise of the IMU
+//! shifts it by about 0.01: with the densities of its data sheet instead of the defaults it is larger.
 #![allow(clippy::unwrap_used)] // a test may
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
