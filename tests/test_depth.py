@@ -140,7 +140,7 @@ def test_depth_filter_of_bad_input_names_it() -> None:
         depth_filter.step(np.zeros((10, 10)), **MOVING)
     with pytest.raises(sf.ValueRangeError, match="pose"):
         depth_filter.step(texture(), world_from_camera=broken, stamp_ns=0)
-    with pytest.raises(sf.ValueRangeError, match="twist"):
+    with pytest.raises(sf.ValueRangeError, match="v_m_s"):
         depth_filter.step(texture(), **(MOVING | {"v_m_s": [np.nan, 0, 0]}))
     with pytest.raises(sf.ValueRangeError, match="dt_s"):
         depth_filter.step(texture(), **(MOVING | {"dt_s": 0.0}))

@@ -28,6 +28,14 @@ from sphereflow.result_folder import REPORT, ResultFolder
 
 _Image = NDArray[np.float32]
 
+_FARTHEST_STEP_RAD = 0.15
+"""Place over range between two images up to which the filter was seen to find its way.
+
+On simulated rooms, from a metre everywhere at the start, it does up to 0.12, and its deviations
+say how well. Five real views half a metre apart it took for a wall just before the
+lens, and was sure of it.
+"""
+
 _COLUMNS = (
     "stamp_ns",
     "status",
@@ -84,6 +92,12 @@ def measure_depth(
     -------
     dict
         What ``report.json`` holds.
+
+    Raises
+    ------
+    DataError
+        Without a camera, without images that have poses, or where these are too far apart for a
+        video; nothing is then written.
     """
     if not 0 < std_percent < 1000:
         raise ValueRangeError(f"std_percent: expected above 0, below 1000, found {std_percent}")
@@ -97,6 +111,8 @@ def measure_depth(
     rows: list[dict[str, Any]] = []
     by_std = ErrorByStd()
     without_pose = 0
+    steps_rad: list[float] = []
+    place: NDArray[np.float64] | None = None
     with ResultFolder(out, overwrite=overwrite, protect=recording.path) as folder:
         writer = RecordingWriter(folder.path / "depth", camera, depth_scale=5000.0)
         for index, frame in enumerate(recording.frames(0, count)):
@@ -114,6 +130,10 @@ def measure_depth(
                 rotation_sigma_rad=rotation_sigma_rad,
             )
             estimate, deviation = _depth(result, axis, std_percent)
+            if place is not None:
+                moved_m = float(np.linalg.norm(pose[:3, 3] - place))
+                steps_rad.append(moved_m / float(np.nanmedian(result.range_m)))
+            place = pose[:3, 3]
             if result.status != "skipped":
                 writer.push(estimate, frame.stamp_ns, colour=frame.colour)
             if frame.depth_m is not None and recording.colour_registered:
@@ -121,12 +141,23 @@ def measure_depth(
             rows.append(_row(frame, result, estimate, deviation, recording.colour_registered))
         if not rows:
             raise DataError(f"{recording.path}: expected images with poses, found none in {count}")
+        _refuse_far_apart(recording.path, steps_rad)
         writer.finish()
         _write_table(folder.path / "errors.csv", rows)
         report = _report(rows, without_pose) | {"by_std": by_std.rows()}
         text = json.dumps(finite(report), indent=2, allow_nan=False)
         (folder.path / REPORT).write_text(text + "\n")
     return report
+
+
+def _refuse_far_apart(path: Path, steps_rad: list[float]) -> None:
+    middle = float(np.median(steps_rad)) if steps_rad else 0.0
+    if middle > _FARTHEST_STEP_RAD:
+        raise DataError(
+            f"{path}: expected a video, whose camera moves by at most "
+            f"{_FARTHEST_STEP_RAD:g} of the range from image to image, found {middle:.2f} "
+            "(median): give the images in between"
+        )
 
 
 def _lags(stamp_ns: NDArray[np.int64]) -> list[int]:

@@ -1,5 +1,6 @@
 //! The optical flow constraint with known motion: one equation per pixel for the inverse range.
 
+use crate::blank::is_blank;
 use crate::error::{positive, same_size};
 use crate::rays::{finite_twist, parts};
 use crate::{Derivatives, PixelRays, Result};
@@ -17,7 +18,8 @@ pub struct DataTerm {
 }
 
 impl DataTerm {
-    /// Of two images `dt_s` apart, with the motion at the middle of their times.
+    /// Of two images `dt_s` apart, with the motion at the middle of their times. Silent where one of the
+    /// images is blank.
     ///
     /// # Errors
     /// Shape errors naming the image; value errors for a motion or a time that is not finite.
@@ -30,7 +32,13 @@ impl DataTerm {
     ) -> Result<Self> {
         same_size("image0", rays.size(), image0.size())?;
         let derivatives = Derivatives::of_pair(image0, image1)?;
-        Self::of_derivatives(rays, &derivatives, twist, dt_s)
+        let mut term = Self::of_derivatives(rays, &derivatives, twist, dt_s)?;
+        // Against a black or saturated image every edge of the other would be a motion.
+        if is_blank(image0) || is_blank(image1) {
+            term.f.data_mut().fill(0.0);
+            term.g.data_mut().fill(0.0);
+        }
+        Ok(term)
     }
 
     /// Of derivatives of brightness.

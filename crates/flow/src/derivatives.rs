@@ -33,6 +33,17 @@ impl Derivatives {
         let (x, y) = sobel(&mean);
         Ok(Self { x, y, t })
     }
+
+    /// Zero where one of them is unknown: nothing is said there, and nothing unknown spreads.
+    pub(crate) fn silent_where_unknown(mut self) -> Self {
+        let [x, y, t] = [&mut self.x, &mut self.y, &mut self.t].map(Plane::data_mut);
+        for ((x, y), t) in x.iter_mut().zip(y).zip(t) {
+            if !(*x + *y + *t).is_finite() {
+                (*x, *y, *t) = (0.0, 0.0, 0.0);
+            }
+        }
+        self
+    }
 }
 
 /// Sobel slopes of one image, per pixel: (by column, by row).

@@ -27,6 +27,25 @@ impl FlowField {
         self.u.size()
     }
 
+    /// Nothing known.
+    pub(crate) fn unknown(width: usize, height: usize) -> Self {
+        Self {
+            u: Plane::filled(width, height, f32::NAN),
+            v: Plane::filled(width, height, f32::NAN),
+        }
+    }
+
+    /// No motion where it is unknown: a field to start from.
+    pub(crate) fn as_start(&self) -> Self {
+        let mut start = self.clone();
+        for plane in [&mut start.u, &mut start.v] {
+            for value in plane.data_mut().iter_mut().filter(|v| !v.is_finite()) {
+                *value = 0.0;
+            }
+        }
+        start
+    }
+
     /// Mean length of the difference to `truth`, pixels, over the pixels where the truth is known
     /// (the end-point error of the Middlebury benchmark).
     ///

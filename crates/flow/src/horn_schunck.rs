@@ -1,5 +1,6 @@
 //! Horn and Schunck's optical flow: least squares with a Sobolev prior.
 
+use crate::blank::is_blank;
 use crate::derivatives::Derivatives;
 use crate::error::{Error, positive, same_size};
 use crate::sweeping::{Sweep, sweep_together};
@@ -49,6 +50,8 @@ impl Default for HornSchunckConfig {
 ///
 /// Thesis: eq. (2.2), (2.5), (2.6), (2.7). The prior is on the angle moved, so that pixels that are not
 /// square weigh right. Flow larger than about a pixel needs a start nearby: `start`, else zero.
+/// Unknown pixels (NaN) say nothing: the flow there is the prior's. Where one of the images is blank, the
+/// flow is NaN everywhere.
 ///
 /// # Errors
 /// Shape errors naming the image or `start`; value errors for settings out of their domain.
@@ -58,8 +61,13 @@ pub fn horn_schunck(
     config: &HornSchunckConfig,
     start: Option<&FlowField>,
 ) -> Result<FlowField> {
-    let derivatives = Derivatives::of_pair(image0, image1)?;
-    horn_schunck_of(&derivatives, config, start)
+    let derivatives = Derivatives::of_pair(image0, image1)?.silent_where_unknown();
+    let flow = horn_schunck_of(&derivatives, config, start)?;
+    if is_blank(image0) || is_blank(image1) {
+        let (width, height) = image0.size();
+        return Ok(FlowField::unknown(width, height));
+    }
+    Ok(flow)
 }
 
 /// [`horn_schunck`] of derivatives that are known already.
@@ -84,7 +92,7 @@ pub fn horn_schunck_of(
     let mut flow = match start {
         Some(start) => {
             same_size("start", (width, height), start.size())?;
-            start.clone()
+            start.as_start()
         }
         None => FlowField::zero(width, height),
     };

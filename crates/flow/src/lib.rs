@@ -6,6 +6,7 @@
 //! [`DepthObserver`] follow it over time, and [`DepthFilter`] is the best of all. Images are planes of brightness of any scale (settings
 //! are for 1 to 256); flow is in pixels, columns to the right and rows down.
 
+mod blank;
 mod data_term;
 mod derivatives;
 mod elliptic;

@@ -3,6 +3,7 @@
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use crate::flow::{grey, plane_array};
+use crate::motion_arguments::{deviation, vector3_of};
 use crate::trajectory::{pose_from, pose_matrix};
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -83,17 +84,11 @@ impl PyDepthResult {
     }
 }
 
-/// Three numbers.
-pub fn triple(value: &Bound<'_, PyAny>, name: &str) -> PyResult<nalgebra::Vector3<f64>> {
-    let array = crate::arrays::floats(value, name, &[Some(3)])?;
-    Ok(nalgebra::Vector3::from_column_slice(array.as_slice()?))
-}
-
 /// Both velocities.
 pub fn twist(v_m_s: &Bound<'_, PyAny>, omega_rad_s: &Bound<'_, PyAny>) -> PyResult<Twist> {
     Ok(Twist {
-        angular_rad_s: triple(omega_rad_s, "omega_rad_s")?,
-        linear_m_s: triple(v_m_s, "v_m_s")?,
+        angular_rad_s: vector3_of(omega_rad_s, "omega_rad_s")?,
+        linear_m_s: vector3_of(v_m_s, "v_m_s")?,
     })
 }
 
@@ -223,6 +218,14 @@ impl PyDepthFilter {
         rotation_sigma_rad: f64,
     ) -> PyResult<PyDepthResult> {
         let image = grey(image, "image")?;
+        for (value, name) in [
+            (v_sigma_m_s, "v_sigma_m_s"),
+            (omega_sigma_rad_s, "omega_sigma_rad_s"),
+            (position_sigma_m, "position_sigma_m"),
+            (rotation_sigma_rad, "rotation_sigma_rad"),
+        ] {
+            deviation(value, name, true)?;
+        }
         let filter = &mut self.filter;
         let step = match (world_from_camera, stamp_ns, v_m_s, omega_rad_s, dt_s) {
             (Some(pose), Some(stamp_ns), None, None, None) => {

@@ -3,7 +3,7 @@
 use crate::camera::PyCamera;
 use crate::depth::{PyDepthResult, twist};
 use crate::errors::IntoPython;
-use crate::flow::{flow_from, grey, plane_array};
+use crate::flow::{flow_from, grey, plane_array, positive};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use sphereflow_flow::{
@@ -250,6 +250,7 @@ pub fn py_tv_l1_depth(
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
     let twist = twist(v_m_s, omega_rad_s)?;
     let start = start.map(|start| grey(start, "start")).transpose()?;
+    positive(weight, "weight")?;
     let config = TvDepthConfig {
         lambda: weight,
         iterations,

@@ -26,6 +26,15 @@ pub fn grey(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Plane<f32>> {
     Plane::from_vec(width, height, data).into_python()
 }
 
+/// Refuses what is not a positive finite number, by the name it has in Python.
+pub fn positive(value: f64, name: &str) -> PyResult<()> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    let text = format!("{name}: expected a positive finite number, found {value}");
+    Err(exception(Kind::Value, text))
+}
+
 /// An `(H, W)` array of a plane.
 pub fn plane_array(py: Python<'_>, plane: Plane<f32>) -> PyResult<Bound<'_, PyArray2<f32>>> {
     let shape = [plane.height(), plane.width()];
@@ -75,7 +84,9 @@ fn flow_array<'py>(py: Python<'py>, flow: &FlowField) -> PyResult<Bound<'py, PyA
 /// Returns
 /// -------
 /// ndarray of float32, (H, W, 2)
-///     Displacement from `image0` to `image1` in pixels: columns to the right, rows down.
+///     Displacement from `image0` to `image1` in pixels: columns to the right, rows down. Unknown pixels
+///     (NaN) of the images say nothing, and take their neighbours' flow; NaN everywhere where an
+///     image is of one brightness.
 ///
 /// Raises
 /// ------
@@ -140,7 +151,9 @@ pub fn py_horn_schunck<'py>(
 /// Returns
 /// -------
 /// ndarray of float32, (H, W, 2)
-///     Displacement from `image0` to `image1` in pixels: columns to the right, rows down.
+///     Displacement from `image0` to `image1` in pixels: columns to the right, rows down. Unknown pixels
+///     (NaN) of the images say nothing, and take their neighbours' flow; NaN everywhere where an
+///     image is of one brightness.
 ///
 /// Raises
 /// ------
@@ -164,6 +177,7 @@ pub fn py_tv_l1<'py>(
 ) -> PyResult<Bound<'py, PyArray3<f32>>> {
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
     let start = start.map(|start| flow_from(start, "start")).transpose()?;
+    positive(f64::from(weight), "weight")?;
     let config = TvL1Config {
         lambda: weight,
         warps,
@@ -206,6 +220,7 @@ pub fn py_rof_denoise<'py>(
     iterations: usize,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let image = grey(image, "image")?;
+    positive(f64::from(weight), "weight")?;
     let config = RofConfig {
         beta2: weight,
         iterations,

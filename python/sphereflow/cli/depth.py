@@ -25,7 +25,10 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(depth)
 
 
-@user_errors("sphereflow info DATA says what was found in the folder")
+@user_errors(
+    "sphereflow info DATA says what was found in the folder; to loose images write rgb.txt, "
+    "depth.txt and calibration.toml, and put the images' times before their poses"
+)
 def depth(
     data: Annotated[Path, typer.Argument(help="Folder of a data set with colour images.")],
     poses: Annotated[Path, typer.Option(help="Trajectory of the camera, world from camera.")],

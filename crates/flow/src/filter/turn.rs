@@ -170,3 +170,113 @@ impl Sums {
         small.then_some(Turn { angle, chi })
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
+mod tests {
+    use super::*;
+    use crate::filter::lattice::Lattice;
+    use crate::filter::predict::Step;
+    use crate::filter::prepare::{Preparation, Prepared};
+    use nalgebra::Rotation3;
+    use sphereflow_core::Plane;
+    use sphereflow_sphere::Camera;
+
+    const WIDTH: usize = 160;
+    const HEIGHT: usize = 120;
+    const FOCAL_PX: f64 = 150.0;
+    /// The painted wall stands this far before the past camera, metres.
+    const WALL_M: f64 = 2.0;
+
+    /// Smoothing at borders and reading between pixels leave a hundredth of a pixel or two: half of what the
+    /// filter leaves alone.
+    const OFF_PX: f64 = 0.025;
+
+    /// What is found where nothing is missing is less than its own standard deviation.
+    const WITHIN: f64 = 1.0;
+
+    /// The rotation that is to be found, pixels in the middle of the image.
+    const MISSING_PX: f64 = 0.5;
+
+    fn camera() -> Camera {
+        Camera::pinhole(FOCAL_PX, FOCAL_PX, 79.5, 59.5, WIDTH, HEIGHT).unwrap()
+    }
+
+    fn paint(x: f64, y: f64) -> f32 {
+        let waves = (9.0 * x + 3.0 * y).sin() + (7.0 * y - 2.0 * x).sin() + (5.0 * (x + y)).sin();
+        (128.0 + 35.0 * waves) as f32
+    }
+
+    /// What a camera sees of the wall, and its inverse depth there; `X_past = rotation X + place`.
+    fn view(
+        lattice: &Lattice,
+        rotation: &Rotation3<f64>,
+        place: &Vector3<f64>,
+    ) -> (Plane<f32>, Vec<Node>) {
+        let mut nodes = Vec::with_capacity(lattice.ray.len());
+        let image = Plane::from_fn(WIDTH, HEIGHT, |x, y| {
+            let along = rotation * lattice.ray[y * WIDTH + x].cast::<f64>();
+            let depth = (WALL_M - place.z) / along.z;
+            let point = along * depth + place;
+            nodes.push([(1.0 / depth) as f32, 0.0, 1e6, 1e-8]);
+            paint(point.x, point.y)
+        });
+        (image, nodes)
+    }
+
+    /// What is measured where the step lacks a rotation, as one of the past camera.
+    fn measure(missing: &Rotation3<f64>) -> Turn {
+        let lattice = Lattice::new(&camera()).unwrap();
+        // Rolled by half a radian: an axis of the new camera is not one of the past camera.
+        let rotation = Rotation3::new(Vector3::new(0.02, -0.03, 0.5));
+        let place = Vector3::new(0.06, -0.04, 0.03);
+        let (past, _) = view(&lattice, &Rotation3::identity(), &Vector3::zeros());
+        let (new, nodes) = view(&lattice, &rotation, &place);
+        let mut preparation = Preparation::new(WIDTH, HEIGHT, 1);
+        let mut prepare =
+            |image| preparation.prepare(image, &lattice, Some(1.0), Prepared::empty());
+        let (past, new) = (prepare(&past), prepare(&new));
+        let pair = Pair {
+            lattice: &lattice,
+            step: Step {
+                rotation: (missing.inverse() * rotation).matrix().cast(),
+                translation: (missing.inverse() * place).cast(),
+            },
+            new: &new,
+            past: &past,
+            surface: &[],
+            gain: vec![1.0; HEIGHT],
+            drift: crate::filter::state::Drift::default(),
+        };
+        lattice.lens.with(MeasureTurn {
+            pair: &pair,
+            nodes: &nodes,
+        })
+    }
+
+    #[test]
+    fn turn_of_exact_data_is_none() {
+        let turn = measure(&Rotation3::identity());
+        assert!(turn.angle.norm() * FOCAL_PX < OFF_PX, "{turn:?}");
+        assert!(turn.chi < WITHIN, "{turn:?}");
+    }
+
+    #[test]
+    fn turn_of_a_missing_rotation_is_that_rotation_in_the_past_camera() {
+        let size = MISSING_PX / FOCAL_PX;
+        for axis in [
+            Vector3::x(),
+            Vector3::y(),
+            Vector3::z(),
+            Vector3::new(0.6, -0.48, 0.64),
+        ] {
+            for sign in [1.0, -1.0] {
+                let missing = axis * sign * size;
+                let turn = measure(&Rotation3::new(missing));
+                let off_px = (turn.angle - missing).norm() * FOCAL_PX;
+                assert!(off_px < OFF_PX, "{missing:?}: {turn:?}, {off_px}");
+                assert!(turn.chi > 100.0, "{missing:?}: {turn:?}");
+            }
+        }
+    }
+}

@@ -4,8 +4,11 @@ use super::transport::DriveField;
 use super::{Drive, ObserverConfig, RangeState};
 use crate::error::{positive, same_size};
 use crate::rays::{finite_twist, parts};
-use crate::{DepthStatus, FlowField, PixelRays, Result};
+use crate::{DepthReason, DepthStatus, FlowField, PixelRays, Result};
 use sphereflow_core::{Plane, Twist};
+
+/// A flow with less of its pixels known, or fitting the motion, says nothing.
+const LEAST_SHARE: f64 = 0.02;
 
 /// Range from optical flow and known velocities.
 ///
@@ -36,7 +39,9 @@ impl FlowObserver {
         self.0.set_range(range)
     }
 
-    /// Steps `dt_s` ahead, with the flow (pixels in `dt_s`) and the velocities of the middle.
+    /// Steps `dt_s` ahead, with the flow (pixels in `dt_s`, NaN unknown) and the velocities of the middle.
+    /// Where the motion shows no depth, or the flow does not say, the range is carried along by what the
+    /// state says.
     ///
     /// # Errors
     /// Shape and value errors naming the argument; the state is as before.
@@ -44,18 +49,26 @@ impl FlowObserver {
         same_size("flow", self.0.rays.size(), flow.size())?;
         finite_twist(twist)?;
         positive("dt_s", dt_s)?;
-        let status = self.0.status(twist, dt_s);
-        let corrects = status == DepthStatus::Updated;
-        let gain = if corrects {
-            self.0.config.gain as f32
-        } else {
-            0.0
-        };
+        let mut status = self.0.status(twist, dt_s);
+        let mut field = self.field(flow, twist, dt_s);
+        if status == DepthStatus::Updated {
+            status = self.judge(flow, &field);
+        }
+        if status != DepthStatus::Updated {
+            field = self.0.carried(twist);
+        }
+        self.0.advance(&field, twist, dt_s);
+        Ok(status)
+    }
+
+    /// The measured flow, and the correction that it asks for.
+    fn field(&self, flow: &FlowField, twist: &Twist, dt_s: f64) -> DriveField {
+        let gain = self.0.config.gain as f32;
         let least = 1.0 / self.0.config.farthest_m as f32;
         let (omega, v) = parts(twist);
         let (rays, rate) = (&self.0.rays, (1.0 / dt_s) as f32);
         let (width, height) = rays.size();
-        let field = DriveField::new(width, height, |i| {
+        DriveField::new(width, height, |i| {
             let measured = [flow.u.data()[i] * rate, flow.v.data()[i] * rate];
             let motion = rays.motion(i, &omega, &v);
             let eta = &rays.rays()[i];
@@ -80,9 +93,30 @@ impl FlowObserver {
                 rate: if corrected { gain * b } else { 0.0 },
                 pull: if corrected { gain * g2 } else { 0.0 },
             }
-        });
-        self.0.advance(&field, twist, dt_s);
-        Ok(status)
+        })
+    }
+
+    /// Whether enough of the flow is known, and fits a surface before a camera that moves like this.
+    fn judge(&self, flow: &FlowField, field: &DriveField) -> DepthStatus {
+        let (rays, pairs) = (&self.0.rays, flow.u.data().iter().zip(flow.v.data()));
+        let (mut all, mut known, mut fitting) = (0_usize, 0_usize, 0_usize);
+        for (i, (pair, rate)) in pairs.zip(field.rate.data()).enumerate() {
+            if rays.is_valid(i) {
+                all += 1;
+                known += usize::from(pair.0.is_finite() && pair.1.is_finite());
+                fitting += usize::from(*rate > 0.0);
+            }
+        }
+        let share = |count: usize| count as f64 / all.max(1) as f64;
+        if share(known) < LEAST_SHARE {
+            let share = share(known);
+            return DepthStatus::Unusable(DepthReason::FewKnownPixels { share });
+        }
+        if share(fitting) < LEAST_SHARE {
+            let share = share(fitting);
+            return DepthStatus::Unusable(DepthReason::PoorFit { share });
+        }
+        DepthStatus::Updated
     }
 }
 

@@ -9,8 +9,10 @@ pub use flow::FlowObserver;
 
 use crate::Result;
 use crate::error::{Error, positive, same_size};
+use crate::rays::parts;
 use crate::{DepthStatus, PixelRays};
 use sphereflow_core::{Plane, Twist};
+use transport::DriveField;
 
 /// Settings of both observers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,6 +111,22 @@ impl RangeState {
         }
         self.range.data_mut().copy_from_slice(range.data());
         Ok(())
+    }
+
+    /// The flow that the state and the motion predict, correcting nothing.
+    pub fn carried(&self, twist: &Twist) -> DriveField {
+        let (omega, v) = parts(twist);
+        let (width, height) = self.rays.size();
+        DriveField::new(width, height, |i| {
+            let motion = self.rays.motion(i, &omega, &v);
+            let gamma = 1.0 / self.range.data()[i];
+            let flow = [0, 1].map(|k| motion.rotation[k] + gamma * motion.translation[k]);
+            Drive {
+                flow: flow.map(|f| if f.is_finite() { f } else { 0.0 }),
+                rate: 0.0,
+                pull: 0.0,
+            }
+        })
     }
 
     /// `Unobservable` where the speed says so.

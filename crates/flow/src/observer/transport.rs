@@ -69,11 +69,11 @@ impl RangeState {
         self.keep_known();
     }
 
-    /// The rim of a fish-eye reads from pixels without a ray: they take the range of a neighbour of
-    /// before, and are unknown again.
+    /// The rim of a fish-eye reads from pixels without a ray, and a motion without measure leads out of
+    /// single precision: such pixels keep the range of before.
     fn keep_known(&mut self) {
         for (i, value) in self.range.data_mut().iter_mut().enumerate() {
-            if self.rays.is_valid(i) && value.is_nan() {
+            if self.rays.is_valid(i) && !value.is_finite() {
                 *value = self.spare.data()[i];
             }
         }

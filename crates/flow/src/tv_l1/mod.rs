@@ -5,6 +5,7 @@ mod median;
 mod solver;
 mod warping;
 
+use crate::blank::is_blank;
 use crate::derivatives::sobel_into;
 use crate::error::{Error, positive, same_size};
 use crate::{FlowField, Result};
@@ -94,7 +95,8 @@ impl TvL1Config {
 ///
 /// Thesis: section 2.1.4, eq. (2.9). With a `split` of zero beta is a mere step of the primal-dual
 /// iteration, whose limit does not depend on it; with the default the data and the smooth flow stay
-/// apart by beta, as in the printed functional.
+/// apart by beta, as in the printed functional. Unknown pixels (NaN) say nothing: the flow there is the
+/// prior's. Where one of the images is blank, the flow is NaN everywhere.
 ///
 /// # Errors
 /// Shape errors naming the image or `start`; value errors for settings out of their domain.
@@ -147,11 +149,14 @@ impl TvL1Flow {
         if let Some(start) = start {
             same_size("start", (width, height), start.size())?;
         }
+        if is_blank(image0) || is_blank(image1) {
+            return Ok(FlowField::unknown(width, height));
+        }
         let pyramid = self.pyramid(image0, image1);
         self.fit_workspaces(&pyramid, start.is_some());
         let coarsest = pyramid[pyramid.len() - 1].0.size();
         let mut flow = match start {
-            Some(start) => start.resized(coarsest.0, coarsest.1),
+            Some(start) => start.as_start().resized(coarsest.0, coarsest.1),
             None => FlowField::zero(coarsest.0, coarsest.1),
         };
         for ((from, to), work) in pyramid.iter().zip(&mut self.levels).rev() {
