@@ -54,9 +54,11 @@ def measure(
     stamps: list[int] = []
     poses: list[Matrix] = []
     wanted = min(len(recording), max_frames or len(recording))
-    for frame in recording.frames(0, wanted):
+    # One by one: frames decoded ahead would count as the row's own time.
+    for index in range(wanted):
         if clock.spent:
             break
+        frame = recording.frame(index)
         if frame.depth_m is None:
             continue
         view = View(frame.depth_m, frame.colour if row.colour else None)
