@@ -18,5 +18,5 @@ pub use depth_correction::{DepthCorrection, DepthCorrector};
 pub use grid::{Border, Edge, SphereGrid, laplacian_discrepancy};
 pub use pyramid::Pyramid;
 pub use range::{depth_from_range, range_from_depth};
-pub use sampling::Sampler;
+pub use sampling::{Sampler, catmull_rom};
 pub use warp::Warp;

@@ -147,7 +147,8 @@ fn split(pixel: &Vector2<f64>) -> Option<(i64, i64, f32, f32)> {
 }
 
 /// Weights of the pixels at -1, 0, 1, 2 for a value at `t` in [0, 1), and their derivatives.
-fn catmull_rom(t: f32) -> ([f32; 4], [f32; 4]) {
+#[inline(always)] // the vectors of a caller go through it
+pub fn catmull_rom(t: f32) -> ([f32; 4], [f32; 4]) {
     let (t2, t3) = (t * t, t * t * t);
     (
         [

@@ -1,6 +1,7 @@
 //! Bicubic values and slopes of many places of a row at once.
 
 use sphereflow_core::Plane;
+use sphereflow_sphere::catmull_rom;
 
 /// Places that are read together: their numbers stay in the first cache.
 pub(super) const TOGETHER: usize = 64;
@@ -114,26 +115,6 @@ impl Bicubic {
 fn whole(value: f32) -> u32 {
     const MANTISSA: u32 = (1 << 23) - 1;
     (value + (1_u32 << 23) as f32).to_bits() & MANTISSA
-}
-
-/// The weights of four neighbours and their derivatives.
-#[inline(always)]
-fn catmull_rom(t: f32) -> ([f32; 4], [f32; 4]) {
-    let (t2, t3) = (t * t, t * t * t);
-    (
-        [
-            0.5 * (2.0 * t2 - t3 - t),
-            0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
-            0.5 * (4.0 * t2 - 3.0 * t3 + t),
-            0.5 * (t3 - t2),
-        ],
-        [
-            0.5 * (4.0 * t - 3.0 * t2 - 1.0),
-            0.5 * (9.0 * t2 - 10.0 * t),
-            0.5 * (8.0 * t - 9.0 * t2 + 1.0),
-            0.5 * (3.0 * t2 - 2.0 * t),
-        ],
-    )
 }
 
 #[cfg(test)]
