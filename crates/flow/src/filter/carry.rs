@@ -9,8 +9,12 @@ use nalgebra::{Matrix3, Vector3};
 /// Pixels that are worked on together: their numbers stay in registers and the first cache.
 pub(super) const TOGETHER: usize = 64;
 
-/// Surfaces whose zeta differs by less than this share are one.
-const SAME_SURFACE: f32 = 0.08;
+/// Neighbours whose zeta differs by less than this share are of one surface.
+const SAME_SURFACE: f32 = 0.03;
+
+/// A pixel that should have been where there is a surface so much nearer or farther was hidden, and is seen for the
+/// first time.
+const OTHER_SURFACE: f32 = 0.1;
 
 /// What all pixels share.
 pub(super) struct Carry<'a> {
@@ -115,12 +119,27 @@ impl Block {
             };
             let node = mix(carry.old, four, s, t);
             let seen = self.zeta[i] / self.gauge[i];
-            let same = (node[0] - seen).abs() < SAME_SURFACE * seen;
+            let [a, b, c, d] = four.map(|i| carry.old[i][0]);
+            let range = a.max(b).max(c.max(d)) - a.min(b).min(c.min(d));
+            // What is mixed across an edge frame by frame would wash it out.
+            let same = range < SAME_SURFACE * seen;
             self.node[i] = if same || round == 0 {
                 node
             } else {
                 nearest_of(carry.old, four, s, t, seen)
             };
+        }
+    }
+
+    /// Pixels that would have been on another surface were hidden behind it: they start anew.
+    #[inline(always)]
+    pub fn reveal(&mut self, count: usize) {
+        for i in 0..count {
+            let seen = self.zeta[i] / self.gauge[i];
+            let other = (self.node[i][0] - seen).abs() > OTHER_SURFACE * seen;
+            if other && self.set[i].is_none() {
+                self.set[i] = Some(fresh(self.guess[i], false));
+            }
         }
     }
 

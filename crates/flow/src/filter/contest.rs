@@ -14,7 +14,7 @@ pub(super) struct Contest<'a, 'b> {
 }
 
 /// Neighbours whose zeta differs by more than this share are another surface.
-const EDGE: f32 = 0.12;
+const EDGE: f32 = 0.06;
 
 /// Distances in pixels at which the other surface is looked for: beside an edge, and across a slope that
 /// has grown where something came out from behind something.
@@ -24,8 +24,10 @@ const REACH: usize = 10;
 /// Information of a pixel that has changed sides, against that of one seen for the first time.
 const CHOSEN: f32 = 4.0;
 
-/// The other surface must explain the images this much better.
-const BETTER: f32 = 0.6;
+/// The other surface must explain the images this much better, and the pixel's own must do so poorly: a perfect
+/// one has a cost of 1.
+const BETTER: f32 = 0.7;
+const POOR: f32 = 1.3;
 
 /// Squared residuals in units of the noise count up to here.
 const MOST: f32 = 16.0;
@@ -54,7 +56,7 @@ impl LensCall<()> for Contest<'_, '_> {
                     let own = cost(lens, pairs, here, view[here][0], width);
                     let alternative = cost(lens, pairs, here, other, width);
                     // A pixel that nothing tells apart stays as it is.
-                    let better = alternative < BETTER * own && own > 1.5;
+                    let better = alternative < BETTER * own && own > POOR;
                     better.then(|| {
                         let mut node = fresh(other, false);
                         node[2] *= CHOSEN;
@@ -132,9 +134,11 @@ fn cost<L: Lens>(lens: &L, pairs: &[Pair<'_>], here: usize, zeta: f32, width: us
             let Some((four, s, t)) = pair.lattice.around(lens.project(&there)) else {
                 continue;
             };
-            let residual = gain * read(&pair.past.pixel, four, s, t)[0] - pair.new.pixel[place][0];
+            let [value, _, _, variance] = read(&pair.past.pixel, four, s, t);
+            let residual = gain * value - pair.new.pixel[place][0];
             if residual.is_finite() {
-                sum += (residual * residual / noise).min(MOST);
+                let expected = noise + gain * gain * variance;
+                sum += (residual * residual / expected).min(MOST);
                 count += 1.0;
             }
         }

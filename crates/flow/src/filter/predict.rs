@@ -102,6 +102,9 @@ impl<L: Lens> pulp::WithSimd for PredictRow<'_, L> {
             for round in 0..rounds {
                 block.place(self.lens, &self.carry, first, out.len());
                 block.read(&self.carry, round, out.len());
+                if round + 1 == rounds && self.nearest.is_some() {
+                    block.reveal(out.len());
+                }
                 block.carry(self.lens, &self.carry, out.len());
             }
             block.write(out);

@@ -226,13 +226,16 @@ impl DepthFilter {
 
     /// The image and the surface it saw, for the frames to come. An unusable image leaves a gap.
     pub(super) fn remember(&mut self, mut image: Prepared, mut surface: Vec<f32>, usable: bool) {
-        /// Relative deviation up to which a surface may hide others.
-        const TRUSTED: f32 = 0.03;
+        /// Relative deviation up to which a surface may hide others; early mistakes should not.
+        const TRUSTED: f32 = 0.1;
+        const EARLY: f32 = 0.03;
+        let settled = self.updates >= self.config.start_frames;
+        let trusted = if settled { TRUSTED } else { EARLY };
         surface.clear();
         if self.config.occlusion {
             let zeta = |n: &Node| {
-                let trusted = n[3] < (TRUSTED * n[0]).powi(2);
-                if trusted { n[0] } else { 0.0 }
+                let known = n[3] < (trusted * n[0]).powi(2);
+                if known { n[0] } else { 0.0 }
             };
             surface.extend(self.nodes.iter().map(zeta));
         }

@@ -42,6 +42,7 @@ impl Fit {
         let matrix = moments.matrix + hold;
         let inverse = matrix.try_inverse()?;
         let plane = inverse * (moments.vector + hold * prior);
+        let plane = no_cliff(&plane, &(matrix * moments.ray()));
         let residual = moments.square - 2.0 * plane.dot(&moments.vector)
             + plane.dot(&(moments.matrix * plane));
         let misfit = if moments.weight > 0.0 {
@@ -59,5 +60,19 @@ impl Fit {
             misfit,
             variance: variance.max(0.0),
         })
+    }
+}
+
+/// What little is known of a slope must not become a cliff where it is continued: the plane is turned about the
+/// middle of what is known until its zeta changes by no more than this share per radian.
+fn no_cliff(plane: &Vector3<f64>, weighted_rays: &Vector3<f64>) -> Vector3<f64> {
+    let middle = weighted_rays.normalize();
+    let along = plane.dot(&middle);
+    let across = plane - middle * along;
+    let most = f64::from(super::SLOPE_PER_RAD) * along.abs();
+    let steep = across.norm();
+    match steep > most {
+        true => middle * along + across * (most / steep),
+        false => *plane,
     }
 }
