@@ -266,7 +266,7 @@ impl DepthFilter {
     }
 
     /// Predict, compare, smooth, remember.
-    fn advance(&mut self, image: &Plane<f32>) -> DepthStep {
+    fn advance_in_pool(&mut self, image: &Plane<f32>) -> DepthStep {
         let longest = self.config.lags[self.config.lags.len() - 1];
         let mut spent = None;
         if self.past.len() > longest {

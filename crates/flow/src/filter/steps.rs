@@ -10,7 +10,7 @@ use super::update::{Pair, Update, fade};
 use super::{Brightness, DepthFilter, DepthStep};
 use crate::{DepthReason, DepthStatus};
 use nalgebra::{Rotation3, Vector3};
-use sphereflow_core::Pose;
+use sphereflow_core::{Plane, Pose};
 
 /// An image with less of its pixels textured, or known, says nothing.
 const LEAST_SHARE: f32 = 0.02;
@@ -42,6 +42,11 @@ const LEFT: f32 = 0.1;
 const LEAST_PARALLAX_PX: f32 = 0.03;
 
 impl DepthFilter {
+    /// A step on one of the pool's threads: waking them for each of its two dozen loops costs milliseconds.
+    pub(super) fn advance(&mut self, image: &Plane<f32>) -> DepthStep {
+        rayon::scope(|_| self.advance_in_pool(image))
+    }
+
     /// The state at the new pose.
     pub(super) fn predict(&mut self) {
         let Some(last) = self.past.front() else {
