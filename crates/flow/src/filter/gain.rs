@@ -1,6 +1,6 @@
 //! How much brighter the new image is than a past one, measured between warped images.
 
-use super::lattice::{LensCall, mix};
+use super::lattice::{Around, LensCall, mix};
 use super::lens::Lens;
 use super::state::Node;
 use super::update::Pair;
@@ -31,7 +31,7 @@ impl Sums {
     }
 }
 
-/// Every so many pixels of a row are enough.
+/// Every so many rows are enough.
 const STEP: usize = 4;
 
 /// Darker pixels have no ratio worth the name, grey levels.
@@ -40,14 +40,14 @@ const DARK: f32 = 4.0;
 impl LensCall<Vec<f32>> for MeasureGain<'_, '_> {
     fn call<L: Lens>(self, lens: &L) -> Vec<f32> {
         let (lattice, pair, arch) = (self.pair.lattice, self.pair, pulp::Arch::new());
-        let samples: Vec<Vec<[f32; 2]>> = (0..lattice.height)
+        let samples: Vec<Vec<[f32; 2]>> = (0..lattice.height / STEP)
             .into_par_iter()
-            .map(|y| {
+            .map(|row| {
                 arch.dispatch(RowSamples {
                     lens,
                     pair,
                     nodes: self.nodes,
-                    y,
+                    y: row * STEP + STEP / 2,
                 })
             })
             .collect();
@@ -78,7 +78,7 @@ impl LensCall<Vec<f32>> for MeasureGain<'_, '_> {
             sums
         };
         let sums: Vec<Sums> = samples.iter().map(sum).collect();
-        gains(&sums, f64::from(pair.new.sigma))
+        gains(&sums, f64::from(pair.new.sigma), lattice.height)
     }
 }
 
@@ -101,41 +101,45 @@ impl<L: Lens> pulp::WithSimd for RowSamples<'_, '_, L> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Vec<[f32; 2]> {
-        /// Samples that are worked on together.
-        const TOGETHER: usize = 32;
-        let (lattice, pair) = (self.pair.lattice, self.pair);
-        let row = self.y * lattice.width..(self.y + 1) * lattice.width;
-        let mut samples = Vec::with_capacity(lattice.width / STEP + 1);
-        let mut first = row.start + self.y % STEP;
-        while first < row.end {
-            let count = (row.end - first).div_ceil(STEP).min(TOGETHER);
-            let mut places = [[0.0_f32; 2]; TOGETHER];
-            for (i, place) in places[..count].iter_mut().enumerate() {
-                let here = first + i * STEP;
-                let there = pair.step.rotation * lattice.ray[here]
-                    + pair.step.translation * self.nodes[here][0];
-                *place = self.lens.project(&there);
-            }
-            for (i, place) in places[..count].iter().enumerate() {
-                let Some((four, s, t)) = lattice.around(*place) else {
-                    continue;
-                };
-                let past = mix(&pair.past.pixel, four, s, t)[0];
-                let new = pair.new.pixel[first + i * STEP][0];
-                if past > DARK && new > DARK {
-                    samples.push([new, past]);
-                }
-            }
-            first += count * STEP;
+        let width = self.pair.lattice.width;
+        let mut samples = Vec::with_capacity(width);
+        let row = self.y * width..(self.y + 1) * width;
+        for first in row.clone().step_by(TOGETHER) {
+            self.block(first, TOGETHER.min(row.end - first), &mut samples);
         }
         samples
     }
 }
 
-/// The new image's gain in each row: one for all, and the smoothed deviations of the rows where they are
-/// more than noise (of standard deviation `sigma`).
-fn gains(sums: &[Sums], sigma: f64) -> Vec<f32> {
-    let height = sums.len();
+/// Samples that are worked on together.
+const TOGETHER: usize = 64;
+
+impl<L: Lens> RowSamples<'_, '_, L> {
+    #[inline(always)]
+    fn block(&self, first: usize, count: usize, samples: &mut Vec<[f32; 2]>) {
+        let (pair, lattice) = (self.pair, self.pair.lattice);
+        let mut places = [[f32::NAN; TOGETHER]; 2];
+        let rays = lattice.ray[first..][..count].iter();
+        for (i, (ray, node)) in rays.zip(&self.nodes[first..][..count]).enumerate() {
+            let there = pair.step.rotation * ray + pair.step.translation * node[0];
+            [places[0][i], places[1][i]] = self.lens.project(&there);
+        }
+        let mut around = Around::new();
+        lattice.around_each(&places, &mut around);
+        for (i, new) in pair.new.pixel[first..][..count].iter().enumerate() {
+            let four = around.four(lattice.width, i);
+            let past = mix(&pair.past.pixel, four, around.across[i], around.down[i])[0];
+            if past > DARK && new[0] > DARK {
+                samples.push([new[0], past]);
+            }
+        }
+    }
+}
+
+/// The new image's gain in each of `height` rows: one for all, and the smoothed deviations of the rows where
+/// they are more than noise (of standard deviation `sigma`). The sums are those of every so many rows.
+fn gains(sums: &[Sums], sigma: f64, height: usize) -> Vec<f32> {
+    let rows = sums.len();
     let mut total = Sums::default();
     sums.iter().for_each(|row| total.add(row));
     if total.count < LEAST_SAMPLES as f64 {
@@ -145,12 +149,15 @@ fn gains(sums: &[Sums], sigma: f64) -> Vec<f32> {
     let level = total.past / total.count;
     // Of a mean over both images' noise.
     let variance_of = |count: f64| 2.0 * sigma * sigma / (count * level * level);
-    let reach = (height / 40).max(1);
-    let deviations: Vec<f64> = (0..height)
+    let reach = (height / 40 / STEP).max(1);
+    let deviations: Vec<f64> = (0..rows)
         .map(|y| {
             let mut band = Sums::default();
-            let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
-            sums[rows].iter().for_each(|row| band.add(row));
+            // As far up as down: a mean of one side would be another row's.
+            let reach = reach.min(y).min(rows - 1 - y);
+            sums[y - reach..=y + reach]
+                .iter()
+                .for_each(|row| band.add(row));
             if band.past > 0.0 {
                 band.new / band.past / overall - 1.0
             } else {
@@ -158,8 +165,8 @@ fn gains(sums: &[Sums], sigma: f64) -> Vec<f32> {
             }
         })
         .collect();
-    let variance = deviations.iter().map(|d| d * d).sum::<f64>() / height as f64;
-    let band = total.count / height as f64 * (2 * reach + 1) as f64;
+    let variance = deviations.iter().map(|d| d * d).sum::<f64>() / rows as f64;
+    let band = total.count / rows as f64 * (2 * reach + 1) as f64;
     let clear = variance > 25.0 * variance_of(band) + LEAST_DEVIATION * LEAST_DEVIATION;
     // A light that does not change is not measured again and again: the noise of that would stay.
     // What is hidden moves the mean, a pattern the median: both must say so.
@@ -169,8 +176,16 @@ fn gains(sums: &[Sums], sigma: f64) -> Vec<f32> {
     let changed = change > LEAST_CHANGE + 4.0 * variance_of(total.count).sqrt();
     let overall = if clear || changed { overall } else { 1.0 };
     let keep = if clear { 1.0 } else { 0.0 };
-    let gain = |d: &f64| (overall * (1.0 + keep * d)) as f32;
-    deviations.iter().map(gain).collect()
+    (0..height)
+        .map(|y| (overall * (1.0 + keep * between(&deviations, y))) as f32)
+        .collect()
+}
+
+/// The line through the measured rows around a row.
+fn between(rows: &[f64], y: usize) -> f64 {
+    let place = (y as f64 - (STEP / 2) as f64) / STEP as f64;
+    let low = (place.max(0.0) as usize).min(rows.len() - 2);
+    rows[low] + (place - low as f64) * (rows[low + 1] - rows[low])
 }
 
 /// Deviations of rows below this are left to the texture that the state misplaces.
