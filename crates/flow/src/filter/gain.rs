@@ -2,11 +2,20 @@
 
 use super::lattice::{Around, LensCall, mix};
 use super::lens::Lens;
+use super::rolling::{Sample, past_rows};
 use super::state::Node;
 use super::update::Pair;
 use rayon::prelude::*;
 
-/// Measures the gain of each row of the new image.
+/// New brightness over past brightness.
+pub(super) struct Light {
+    /// Of each row of the new image.
+    pub gain: Vec<f32>,
+    /// Of each row of the past image, besides; empty where light does not run over the rows.
+    pub past: Vec<f32>,
+}
+
+/// Measures the gain of each row of both images.
 pub(super) struct MeasureGain<'a, 'b> {
     pub pair: &'a Pair<'b>,
     pub nodes: &'a [Node],
@@ -37,10 +46,10 @@ const STEP: usize = 4;
 /// Darker pixels have no ratio worth the name, grey levels.
 const DARK: f32 = 4.0;
 
-impl LensCall<Vec<f32>> for MeasureGain<'_, '_> {
-    fn call<L: Lens>(self, lens: &L) -> Vec<f32> {
+impl LensCall<Light> for MeasureGain<'_, '_> {
+    fn call<L: Lens>(self, lens: &L) -> Light {
         let (lattice, pair, arch) = (self.pair.lattice, self.pair, pulp::Arch::new());
-        let samples: Vec<Vec<[f32; 2]>> = (0..lattice.height / STEP)
+        let mut samples: Vec<Vec<Sample>> = (0..lattice.height / STEP)
             .into_par_iter()
             .map(|row| {
                 arch.dispatch(RowSamples {
@@ -51,23 +60,46 @@ impl LensCall<Vec<f32>> for MeasureGain<'_, '_> {
                 })
             })
             .collect();
+        let (gain, clear) = self.gains(&samples);
+        if !clear {
+            return Light {
+                gain,
+                past: Vec::new(),
+            };
+        }
+        let past = past_rows(&samples.concat(), &gain, lattice.height);
+        for sample in samples.iter_mut().flatten() {
+            let gain = past.get(sample.past_row.round() as usize);
+            sample.past *= gain.copied().unwrap_or(1.0);
+        }
+        Light {
+            gain: self.gains(&samples).0,
+            past,
+        }
+    }
+}
+
+impl MeasureGain<'_, '_> {
+    /// The gain of each row of the new image, and whether rows differ clearly.
+    fn gains(&self, samples: &[Vec<Sample>]) -> (Vec<f32>, bool) {
+        let (pair, height) = (self.pair, self.pair.lattice.height);
         // The median does not mind the pixels that were hidden in the past.
         let mut ratios: Vec<f32> = samples
             .iter()
             .step_by(3)
             .flatten()
-            .map(|[new, past]| new / past)
+            .map(|sample| sample.new / sample.past)
             .collect();
         if ratios.len() < LEAST_SAMPLES {
-            return vec![1.0; lattice.height];
+            return (vec![1.0; height], false);
         }
         let middle = ratios.len() / 2;
         let (_, median, _) = ratios.select_nth_unstable_by(middle, f32::total_cmp);
         let median = *median;
         let allowed = 4.0 * pair.new.sigma.hypot(median * pair.past.sigma);
-        let sum = |row: &Vec<[f32; 2]>| {
+        let sum = |row: &Vec<Sample>| {
             let mut sums = Sums::default();
-            for [new, past] in row {
+            for Sample { new, past, .. } in row {
                 if (new - median * past).abs() < allowed + ROW_CHANGE * new {
                     sums.new += f64::from(*new);
                     sums.past += f64::from(*past);
@@ -78,7 +110,7 @@ impl LensCall<Vec<f32>> for MeasureGain<'_, '_> {
             sums
         };
         let sums: Vec<Sums> = samples.iter().map(sum).collect();
-        gains(&sums, f64::from(pair.new.sigma), lattice.height)
+        gains(&sums, f64::from(pair.new.sigma), height)
     }
 }
 
@@ -97,10 +129,10 @@ struct RowSamples<'a, 'b, L: Lens> {
 }
 
 impl<L: Lens> pulp::WithSimd for RowSamples<'_, '_, L> {
-    type Output = Vec<[f32; 2]>;
+    type Output = Vec<Sample>;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Vec<[f32; 2]> {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Vec<Sample> {
         let width = self.pair.lattice.width;
         let mut samples = Vec::with_capacity(width);
         let row = self.y * width..(self.y + 1) * width;
@@ -116,7 +148,7 @@ const TOGETHER: usize = 64;
 
 impl<L: Lens> RowSamples<'_, '_, L> {
     #[inline(always)]
-    fn block(&self, first: usize, count: usize, samples: &mut Vec<[f32; 2]>) {
+    fn block(&self, first: usize, count: usize, samples: &mut Vec<Sample>) {
         let (pair, lattice) = (self.pair, self.pair.lattice);
         let mut places = [[f32::NAN; TOGETHER]; 2];
         let rays = lattice.ray[first..][..count].iter();
@@ -130,7 +162,12 @@ impl<L: Lens> RowSamples<'_, '_, L> {
             let four = around.four(lattice.width, i);
             let past = mix(&pair.past.pixel, four, around.across[i], around.down[i])[0];
             if past > DARK && new[0] > DARK {
-                samples.push([new[0], past]);
+                samples.push(Sample {
+                    new: new[0],
+                    past,
+                    row: self.y as f32,
+                    past_row: places[1][i],
+                });
             }
         }
     }
@@ -138,12 +175,12 @@ impl<L: Lens> RowSamples<'_, '_, L> {
 
 /// The new image's gain in each of `height` rows: one for all, and the smoothed deviations of the rows where
 /// they are more than noise (of standard deviation `sigma`). The sums are those of every so many rows.
-fn gains(sums: &[Sums], sigma: f64, height: usize) -> Vec<f32> {
+fn gains(sums: &[Sums], sigma: f64, height: usize) -> (Vec<f32>, bool) {
     let rows = sums.len();
     let mut total = Sums::default();
     sums.iter().for_each(|row| total.add(row));
     if total.count < LEAST_SAMPLES as f64 {
-        return vec![1.0; height];
+        return (vec![1.0; height], false);
     }
     let overall = total.new / total.past;
     let level = total.past / total.count;
@@ -176,9 +213,8 @@ fn gains(sums: &[Sums], sigma: f64, height: usize) -> Vec<f32> {
     let changed = change > LEAST_CHANGE + 4.0 * variance_of(total.count).sqrt();
     let overall = if clear || changed { overall } else { 1.0 };
     let keep = if clear { 1.0 } else { 0.0 };
-    (0..height)
-        .map(|y| (overall * (1.0 + keep * between(&deviations, y))) as f32)
-        .collect()
+    let gain = |y| (overall * (1.0 + keep * between(&deviations, y))) as f32;
+    ((0..height).map(gain).collect(), clear)
 }
 
 /// The line through the measured rows around a row.

@@ -17,6 +17,7 @@ mod output;
 mod planes;
 mod predict;
 mod prepare;
+mod rolling;
 mod state;
 mod steps;
 mod turn;

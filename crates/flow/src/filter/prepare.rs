@@ -272,6 +272,22 @@ impl Prepared {
             textured: 0.0,
         }
     }
+
+    /// The same image in the light of another one: each row times its gain.
+    pub fn lit(&self, gain: &[f32], width: usize) -> Self {
+        let mut lit = self.clone();
+        let last = gain.len().saturating_sub(1);
+        for (y, row) in lit.pixel.chunks_exact_mut(width).enumerate() {
+            let (up, down) = (y.saturating_sub(1), (y + 1).min(last));
+            let slope = (gain[down] - gain[up]) / (down - up) as f32;
+            for [value, gx, gy, _] in row {
+                *gy = *gy * gain[y] + *value * slope;
+                *gx *= gain[y];
+                *value *= gain[y];
+            }
+        }
+        lit
+    }
 }
 
 /// A pixel is an impulse where it stands out of its eight neighbours by far more than the noise.
