@@ -109,3 +109,78 @@ impl Normal {
         Some(self.matrix.cholesky()?.solve(&self.vector))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDTH: usize = 320;
+    const HEIGHT: usize = 240;
+
+    /// Of ten percent: the pieces are lines, and what both rows explain alike is shared among them.
+    const WITHIN: f32 = 0.01;
+
+    fn light(row: f32, phase: f32) -> f32 {
+        1.0 + 0.1 * (std::f32::consts::TAU * (0.8 * row / HEIGHT as f32 + phase)).sin()
+    }
+
+    /// Samples of a camera that has rolled by `roll` rad, in light that runs over both images.
+    fn samples(roll: f32) -> Vec<Sample> {
+        let mut samples = Vec::new();
+        for (x, y) in (0..HEIGHT)
+            .step_by(4)
+            .flat_map(|y| (0..WIDTH).map(move |x| (x, y)))
+        {
+            let (right, down) = (x as f32 - 159.5, y as f32 - 119.5);
+            let (row, past_row) = (y as f32, 119.5 + roll.cos() * down + roll.sin() * right);
+            if (0.0..=(HEIGHT - 1) as f32).contains(&past_row) {
+                let world = 128.0 + 60.0 * (0.1 * right).sin() * (0.07 * down).cos();
+                samples.push(Sample {
+                    new: world * light(row, 0.1),
+                    past: world * light(past_row, 0.6),
+                    row,
+                    past_row,
+                });
+            }
+        }
+        samples
+    }
+
+    /// Largest error of the gains of what is seen, with the new rows' gain as the mean of what is left.
+    fn largest_error(samples: &[Sample], past: &[f32]) -> f32 {
+        let left = |s: &Sample| s.new / (s.past * past[s.past_row.round() as usize]);
+        let mut rows = vec![(0.0_f32, 0.0_f32); HEIGHT];
+        for sample in samples {
+            let row = &mut rows[sample.row as usize];
+            (row.0, row.1) = (row.0 + left(sample), row.1 + 1.0);
+        }
+        let off = |s: &Sample| {
+            let (sum, count) = rows[s.row as usize];
+            (left(s) * count / sum - 1.0).abs()
+        };
+        samples.iter().map(off).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn past_rows_of_a_rolled_camera_explain_light_that_runs_over_both_images() {
+        for roll in [0.1_f32, -0.2, 0.3] {
+            let samples = samples(roll);
+            let alone = largest_error(&samples, &[1.0; HEIGHT]);
+            let past = past_rows(&samples, &[1.0; HEIGHT], HEIGHT);
+            let both = largest_error(&samples, &past);
+            assert!(alone > 3.0 * WITHIN, "{roll}: {alone}");
+            assert!(both < WITHIN, "{roll}: {both}");
+        }
+    }
+
+    #[test]
+    fn past_rows_in_constant_light_have_no_gain() {
+        let mut samples = samples(0.2);
+        samples.iter_mut().for_each(|s| s.past = s.new);
+        let past = past_rows(&samples, &[1.0; HEIGHT], HEIGHT);
+        assert!(
+            past.iter().all(|gain| (gain - 1.0).abs() < 1e-6),
+            "{past:?}"
+        );
+    }
+}
