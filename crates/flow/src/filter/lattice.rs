@@ -81,8 +81,8 @@ impl Lattice {
         let columns = self.width as i32;
         let most_x = columns - if self.wraps { 1 } else { 2 };
         let most_y = self.height as i32 - 2;
-        for i in 0..N {
-            let (mut x, mut y) = (place[0][i], place[1][i]);
+        for (i, (x, y)) in place[0].iter().zip(&place[1]).enumerate() {
+            let (mut x, mut y) = (*x, *y);
             if self.wraps {
                 x -= (x / width).floor() * width;
                 y = y.clamp(0.0, last_y);

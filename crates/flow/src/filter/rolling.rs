@@ -54,6 +54,9 @@ pub(super) fn past_rows(samples: &[Sample], rows: &[f32], height: usize) -> Vec<
     let Some(found) = found else {
         return Vec::new();
     };
+    if explained_share(samples, rows, &found, height) < LEAST_SHARE {
+        return Vec::new();
+    }
     let gain = |y: usize| {
         let [(low, s), (high, t)] = between(y as f32, height);
         (s * found[low + KNOTS] + t * found[high + KNOTS]).exp() as f32
@@ -62,6 +65,28 @@ pub(super) fn past_rows(samples: &[Sample], rows: &[f32], height: usize) -> Vec<
 }
 
 const KNOTS: usize = PIECES + 1;
+
+/// Share of the variance that is left by the new image's rows which the past image's rows must explain: where
+/// places are in error, so much of it looks like rows by chance.
+const LEAST_SHARE: f64 = 0.1;
+
+/// That share.
+fn explained_share(samples: &[Sample], rows: &[f32], found: &DVector<f64>, height: usize) -> f64 {
+    let (mut alone, mut both) = (0.0, 0.0);
+    for sample in samples {
+        let ratio = f64::from((sample.new / sample.past).ln());
+        let own = ratio - f64::from(rows[(sample.row as usize).min(height - 1)].ln());
+        let explained = |(i, share): &(usize, f64)| found[*i] * share;
+        let left = ratio - places(sample, height).iter().map(explained).sum::<f64>();
+        let weight = f64::from(sample.past).powi(2);
+        // Both by the same pixels.
+        if own.abs() < OFF && left.abs() < OFF {
+            alone += weight * own * own;
+            both += weight * left * left;
+        }
+    }
+    if alone > 0.0 { 1.0 - both / alone } else { 0.0 }
+}
 
 /// The knots around a row, and their shares.
 fn between(row: f32, height: usize) -> [(usize, f64); 2] {
