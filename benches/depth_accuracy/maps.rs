@@ -24,8 +24,8 @@ pub struct Maps {
     width: usize,
     height: usize,
     frames: f64,
-    /// Error and pixels by class: distances, beyond all of them, the image's border.
-    sums: [[f64; 2]; REACHES.len() + 2],
+    /// Error, pixels and squared error over deviation by class: distances, beyond all of them, the image's border.
+    sums: [[f64; 3]; REACHES.len() + 2],
     pictures: Vec<(f64, RgbImage)>,
 }
 
@@ -35,7 +35,7 @@ impl Maps {
             width: camera.width(),
             height: camera.height(),
             frames: 0.0,
-            sums: [[0.0; 2]; REACHES.len() + 2],
+            sums: [[0.0; 3]; REACHES.len() + 2],
             pictures: Vec::new(),
         }
     }
@@ -64,6 +64,8 @@ impl Maps {
                 if error.is_finite() {
                     self.sums[class][0] += f64::from(error);
                     self.sums[class][1] += 1.0;
+                    let normal = (range[(x, y)] - truth[(x, y)]) / std[(x, y)];
+                    self.sums[class][2] += f64::from(normal * normal);
                 }
             }
         }
@@ -152,12 +154,13 @@ impl Maps {
             String::from("    distance to an edge, px | pixels % | mean error % | its part of E %");
         let mut names: Vec<String> = REACHES.iter().map(|r| format!("to {r}")).collect();
         names.extend(["beyond".into(), "beyond, border of 16".into()]);
-        for (name, [error, pixels]) in names.iter().zip(self.sums) {
+        for (name, [error, pixels, squares]) in names.iter().zip(self.sums) {
             let (share, mean) = (100.0 * pixels / all, 100.0 * error / pixels.max(1.0));
             write!(
                 text,
-                "\n    {name} | {share:.2} | {mean:.2} | {:.3}",
-                100.0 * error / all
+                "\n    {name} | {share:.2} | {mean:.2} | {:.3} | {:.2}",
+                100.0 * error / all,
+                (squares / pixels.max(1.0)).sqrt()
             )?;
         }
         Ok(text)

@@ -4,7 +4,7 @@ use super::lattice::{LensCall, read};
 use super::lens::Lens;
 use super::predict::fresh;
 use super::state::Node;
-use super::update::Pair;
+use super::update::{HIDES, Pair};
 use rayon::prelude::*;
 
 /// Asks pixels beside a depth edge whether the other surface suits them better.
@@ -42,19 +42,23 @@ impl LensCall<()> for Contest<'_, '_> {
         let view = &*nodes;
         let zeta: Vec<f32> = view.iter().map(|node| node[0]).collect();
         let arch = pulp::Arch::new();
-        let changes: Vec<Vec<(usize, Node)>> = (REACH..height.saturating_sub(REACH))
+        let changes: Vec<Vec<(usize, Node)>> = (1..height.saturating_sub(1))
             .into_par_iter()
             .map(|y| {
-                let beside = arch.dispatch(EdgesOfRow {
-                    zeta: &zeta,
-                    width,
-                    y,
-                });
+                let inner = y >= REACH && y + REACH < height && width > 2 * REACH;
+                let beside = match inner {
+                    true => arch.dispatch(EdgesOfRow {
+                        zeta: &zeta,
+                        width,
+                        y,
+                    }),
+                    false => Vec::new(),
+                };
                 let ask = |x: usize| {
                     let here = y * width + x;
-                    let other = other_surface(view, width, here)?;
-                    let own = cost(lens, pairs, here, view[here][0], width);
-                    let alternative = cost(lens, pairs, here, other, width);
+                    let other = other_surface(view, (width, height), (x, y))?;
+                    let (own, alternative) =
+                        costs(lens, pairs, here, (view[here][0], other), width)?;
                     // A pixel that nothing tells apart stays as it is.
                     let better = alternative < BETTER * own && own > POOR;
                     better.then(|| {
@@ -63,8 +67,12 @@ impl LensCall<()> for Contest<'_, '_> {
                         (here, node)
                     })
                 };
-                let columns = beside.iter().enumerate().filter(|(_, beside)| **beside);
-                columns.filter_map(|(i, _)| ask(REACH + i)).collect()
+                // Near the border every pixel is asked.
+                let asked = |x: &usize| match x.checked_sub(REACH).and_then(|x| beside.get(x)) {
+                    Some(beside) => *beside,
+                    None => true,
+                };
+                (1..width - 1).filter(asked).filter_map(ask).collect()
             })
             .collect();
         for (place, node) in changes.into_iter().flatten() {
@@ -108,13 +116,23 @@ impl pulp::WithSimd for EdgesOfRow<'_> {
 
 /// The zeta around a pixel that differs most from its own, where that is another surface.
 #[inline]
-fn other_surface(nodes: &[Node], width: usize, here: usize) -> Option<f32> {
-    let own = nodes[here][0];
-    let around = |r: usize| [here - r, here + r, here - r * width, here + r * width];
-    let places = around(NEAR).into_iter().chain(around(REACH));
+fn other_surface(
+    nodes: &[Node],
+    (width, height): (usize, usize),
+    (x, y): (usize, usize),
+) -> Option<f32> {
+    let own = nodes[y * width + x][0];
+    let around = |r: usize| {
+        [
+            (x.saturating_sub(r), y),
+            ((x + r).min(width - 1), y),
+            (x, y.saturating_sub(r)),
+            (x, (y + r).min(height - 1)),
+        ]
+    };
     let mut other = own;
-    for place in places {
-        let zeta = nodes[place][0];
+    for (x, y) in around(NEAR).into_iter().chain(around(REACH)) {
+        let zeta = nodes[y * width + x][0];
         if (zeta - own).abs() > (other - own).abs() {
             other = zeta;
         }
@@ -123,25 +141,41 @@ fn other_surface(nodes: &[Node], width: usize, here: usize) -> Option<f32> {
     (differs && other > 0.0).then_some(other)
 }
 
-/// Mean squared residual over the pixel and its four neighbours in all pairs, in units of the noise.
-fn cost<L: Lens>(lens: &L, pairs: &[Pair<'_>], here: usize, zeta: f32, width: usize) -> f32 {
-    let (mut sum, mut count) = (0.0_f32, 0.0_f32);
+/// Mean squared residuals, in units of the noise, over the pixel and its four neighbours in all pairs: with its own
+/// zeta, and with another. Where its own would have been hidden the past image does not say; `None` where
+/// none does.
+fn costs<L: Lens>(
+    lens: &L,
+    pairs: &[Pair<'_>],
+    here: usize,
+    (own, other): (f32, f32),
+    width: usize,
+) -> Option<(f32, f32)> {
+    let (mut sums, mut count) = ([0.0_f32; 2], 0.0_f32);
     for pair in pairs {
         let gain = pair.gain[here / width];
         let noise = pair.new.sigma.powi(2) + (gain * pair.past.sigma).powi(2);
         for place in [here, here - 1, here + 1, here - width, here + width] {
-            let there = pair.step.rotation * pair.lattice.ray[place] + pair.step.translation * zeta;
-            let Some((four, s, t)) = pair.lattice.around(lens.project(&there)) else {
-                continue;
-            };
-            let [value, _, _, variance] = read(&pair.past.pixel, four, s, t);
-            let residual = gain * value - pair.new.pixel[place][0];
-            if residual.is_finite() {
+            let squared = |zeta: f32, may_hide: bool| {
+                let ray = &pair.lattice.ray[place];
+                let there = pair.step.rotation * ray + pair.step.translation * zeta;
+                let (four, s, t) = pair.lattice.around(lens.project(&there))?;
+                let nearest = four[usize::from(s > 0.5) + 2 * usize::from(t > 0.5)];
+                let surface = pair.surface.get(nearest).copied().unwrap_or(0.0);
+                if may_hide && surface * lens.gauge(&there) > HIDES * zeta {
+                    return None;
+                }
+                let [value, _, _, variance] = read(&pair.past.pixel, four, s, t);
+                let residual = gain * value - pair.new.pixel[place][0];
                 let expected = noise + gain * gain * variance;
-                sum += (residual * residual / expected).min(MOST);
+                let cost = residual * residual / expected;
+                cost.is_finite().then_some(cost.min(MOST))
+            };
+            if let (Some(a), Some(b)) = (squared(own, true), squared(other, false)) {
+                sums = [sums[0] + a, sums[1] + b];
                 count += 1.0;
             }
         }
     }
-    sum / count.max(1.0)
+    (count > 0.0).then(|| (sums[0] / count, sums[1] / count))
 }

@@ -67,31 +67,80 @@ impl Lattice {
     /// The four pixels around a place and the shares of the right and lower ones; `None` outside.
     #[inline(always)]
     pub fn around(&self, [x, y]: [f32; 2]) -> Option<([usize; 4], f32, f32)> {
-        let last_y = (self.height - 1) as f32;
-        if self.wraps {
-            let y = y.clamp(0.0, last_y);
-            let x = x.rem_euclid(self.width as f32);
-            if x.is_nan() {
-                return None;
-            }
-            let x0 = (x as usize).min(self.width - 1);
-            let x1 = if x0 + 1 == self.width { 0 } else { x0 + 1 };
-            let y0 = (y as usize).min(self.height - 2);
-            let (top, bottom) = (y0 * self.width, (y0 + 1) * self.width);
-            let four = [top + x0, top + x1, bottom + x0, bottom + x1];
-            return Some((four, x - x0 as f32, y - y0 as f32));
-        }
-        let last_x = (self.width - 1) as f32;
-        let inside = x >= 0.0 && y >= 0.0 && x <= last_x && y <= last_y;
-        if !inside {
-            return None;
-        }
-        let x0 = (x as usize).min(self.width - 2);
-        let y0 = (y as usize).min(self.height - 2);
-        let top = y0 * self.width + x0;
-        let four = [top, top + 1, top + self.width, top + self.width + 1];
-        Some((four, x - x0 as f32, y - y0 as f32))
+        let mut around = Around::<1>::new();
+        self.around_each(&[[x], [y]], &mut around);
+        let inside = !around.across[0].is_nan();
+        inside.then(|| (around.four(self.width, 0), around.across[0], around.down[0]))
     }
+
+    /// [`Lattice::around`] of many places, without branches: compiled for wide vectors where the caller is.
+    #[inline(always)]
+    pub fn around_each<const N: usize>(&self, place: &[[f32; N]; 2], out: &mut Around<N>) {
+        let (width, last_y) = (self.width as f32, (self.height - 1) as f32);
+        let limit_x = if self.wraps { width } else { width - 1.0 };
+        let columns = self.width as i32;
+        let most_x = columns - if self.wraps { 1 } else { 2 };
+        let most_y = self.height as i32 - 2;
+        for (i, (x, y)) in place[0].iter().zip(&place[1]).enumerate() {
+            let (mut x, mut y) = (*x, *y);
+            if self.wraps {
+                x -= (x / width).floor() * width;
+                y = y.clamp(0.0, last_y);
+            }
+            let inside = (x >= 0.0) & (y >= 0.0) & (x <= limit_x) & (y <= last_y);
+            // Also the numbers of places outside are to be those of pixels.
+            let x = if inside { x } else { f32::NAN };
+            let (x0, y0) = (whole(x).clamp(0, most_x), whole(y).clamp(0, most_y));
+            let x1 = if x0 + 1 == columns { 0 } else { x0 + 1 };
+            let (s, t) = (x - x0 as f32, y - y0 as f32);
+            let nearest = if s > 0.5 { x1 } else { x0 } + if t > 0.5 { columns } else { 0 };
+            out.left[i] = (y0 * columns + x0) as u32;
+            out.right[i] = (y0 * columns + x1) as u32;
+            out.nearest[i] = (y0 * columns + nearest) as u32;
+            (out.across[i], out.down[i]) = (s, t);
+        }
+    }
+}
+
+/// Between which pixels places lie.
+pub(super) struct Around<const N: usize> {
+    /// The upper pixels, left and right.
+    left: [u32; N],
+    right: [u32; N],
+    /// The nearest of the four.
+    pub nearest: [u32; N],
+    /// Shares of the right and of the lower pixels; NaN (the first) outside.
+    pub across: [f32; N],
+    pub down: [f32; N],
+}
+
+impl<const N: usize> Around<N> {
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self {
+            left: [0; N],
+            right: [0; N],
+            nearest: [0; N],
+            across: [f32::NAN; N],
+            down: [f32::NAN; N],
+        }
+    }
+
+    /// The four pixels around the place.
+    #[inline(always)]
+    pub fn four(&self, width: usize, i: usize) -> [usize; 4] {
+        let (left, right) = (self.left[i] as usize, self.right[i] as usize);
+        [left, right, left + width, right + width]
+    }
+}
+
+/// The whole number below a place in an image, anything for others. From the digits of a sum: the checks of `as`
+/// are not vectorised.
+#[inline(always)]
+fn whole(place: f32) -> i32 {
+    /// Sums with it have no digits behind the point: 2^23.
+    const WHOLE: f32 = 8_388_608.0;
+    (place.floor() + WHOLE).to_bits() as i32 - WHOLE.to_bits() as i32
 }
 
 /// Bilinear mix of four values with four components each.

@@ -54,6 +54,12 @@ impl PinholeLens {
     }
 }
 
+/// 1/Z, NaN where there is no pixel: chosen without a branch, so that loops over points are vectorised.
+#[inline(always)]
+fn per_depth(z: f32) -> f32 {
+    if z < LEAST_Z { f32::NAN } else { 1.0 / z }
+}
+
 impl Lens for PinholeLens {
     #[inline(always)]
     fn gauge(&self, point: &Vector3<f32>) -> f32 {
@@ -62,20 +68,14 @@ impl Lens for PinholeLens {
 
     #[inline(always)]
     fn project(&self, point: &Vector3<f32>) -> [f32; 2] {
-        if point.z < LEAST_Z {
-            return [f32::NAN; 2];
-        }
-        let scale = 1.0 / point.z;
+        let scale = per_depth(point.z);
         let (x, y) = (point.x * scale, point.y * scale);
         [self.fx * x + self.skew * y + self.cx, self.fy * y + self.cy]
     }
 
     #[inline(always)]
     fn project_along(&self, point: &Vector3<f32>, step: &Vector3<f32>) -> ([f32; 2], [f32; 2]) {
-        if point.z < LEAST_Z {
-            return ([f32::NAN; 2], [f32::NAN; 2]);
-        }
-        let scale = 1.0 / point.z;
+        let scale = per_depth(point.z);
         let (x, y) = (point.x * scale, point.y * scale);
         let (dx, dy) = ((step.x - x * step.z) * scale, (step.y - y * step.z) * scale);
         (

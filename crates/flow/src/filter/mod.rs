@@ -17,6 +17,7 @@ mod output;
 mod planes;
 mod predict;
 mod prepare;
+mod rolling;
 mod state;
 mod steps;
 mod turn;
@@ -96,7 +97,7 @@ const SHARED_FACTOR: f64 = 3.0;
 /// of slopes by differences and of images read between pixels.
 const STD: StdScale = StdScale {
     factor: 1.5,
-    floor: 6e-4,
+    floor: 1.5e-4,
     common: 0.0,
     stale: 1.0,
 };
@@ -218,7 +219,7 @@ impl DepthFilter {
         let mut std = range.clone();
         self.output.fill(
             &self.lattice,
-            &self.nodes,
+            (&self.nodes, &self.trust),
             self.std_scale(),
             &mut range,
             &mut std,
@@ -233,8 +234,13 @@ impl DepthFilter {
     pub fn range_into(&self, range: &mut Plane<f32>, std: &mut Plane<f32>) -> Result<()> {
         same_size("range", self.output.size(), range.size())?;
         same_size("std", self.output.size(), std.size())?;
-        self.output
-            .fill(&self.lattice, &self.nodes, self.std_scale(), range, std);
+        self.output.fill(
+            &self.lattice,
+            (&self.nodes, &self.trust),
+            self.std_scale(),
+            range,
+            std,
+        );
         Ok(())
     }
 
@@ -266,7 +272,7 @@ impl DepthFilter {
     }
 
     /// Predict, compare, smooth, remember.
-    fn advance(&mut self, image: &Plane<f32>) -> DepthStep {
+    fn advance_in_pool(&mut self, image: &Plane<f32>) -> DepthStep {
         let longest = self.config.lags[self.config.lags.len() - 1];
         let mut spent = None;
         if self.past.len() > longest {

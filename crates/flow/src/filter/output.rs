@@ -40,7 +40,7 @@ impl Output {
     pub fn fill(
         &self,
         lattice: &Lattice,
-        nodes: &[Node],
+        (nodes, trust): (&[Node], &[f32]),
         scale: StdScale,
         range: &mut Plane<f32>,
         std: &mut Plane<f32>,
@@ -74,7 +74,8 @@ impl Output {
                         zeta
                     };
                     let metres = length[x] / zeta;
-                    let edge = edges.variance(zeta, *left, row_cell);
+                    let against = against(trust[top + left]) * zeta;
+                    let edge = edges.variance(zeta, *left, row_cell) + against * against;
                     let deviation = scale.of(variance, edge, zeta);
                     let known = metres > 0.0 && metres.is_finite();
                     range[x] = if known { metres } else { f32::NAN };
@@ -82,6 +83,15 @@ impl Output {
                 }
             });
     }
+}
+
+/// Relative deviation of a pixel that the images speak against, however sure the planes around it are.
+#[inline]
+fn against(trust: f32) -> f32 {
+    /// Where nothing is trusted.
+    const ELSEWHERE: f32 = 0.3;
+    let doubt = 1.0 - 2.0 * trust;
+    ELSEWHERE * if doubt > 0.0 { doubt } else { 0.0 }
 }
 
 /// From the variance the state carries to the error that is seen.

@@ -1,7 +1,7 @@
 //! The steps of the filter: predict, judge, compare, remember.
 
 use super::contest::Contest;
-use super::gain::MeasureGain;
+use super::gain::{Light, MeasureGain};
 use super::predict::{Predict, Step};
 use super::prepare::Prepared;
 use super::state::{Drift, Node, Past};
@@ -10,7 +10,7 @@ use super::update::{Pair, Update, fade};
 use super::{Brightness, DepthFilter, DepthStep};
 use crate::{DepthReason, DepthStatus};
 use nalgebra::{Rotation3, Vector3};
-use sphereflow_core::Pose;
+use sphereflow_core::{Plane, Pose};
 
 /// An image with less of its pixels textured, or known, says nothing.
 const LEAST_SHARE: f32 = 0.02;
@@ -42,6 +42,11 @@ const LEFT: f32 = 0.1;
 const LEAST_PARALLAX_PX: f32 = 0.03;
 
 impl DepthFilter {
+    /// A step on one of the pool's threads: waking them for each of its two dozen loops costs milliseconds.
+    pub(super) fn advance(&mut self, image: &Plane<f32>) -> DepthStep {
+        rayon::scope(|_| self.advance_in_pool(image))
+    }
+
     /// The state at the new pose.
     pub(super) fn predict(&mut self) {
         let Some(last) = self.past.front() else {
@@ -143,7 +148,7 @@ impl DepthFilter {
             } else {
                 &[]
             },
-            gain: vec![1.0; self.lattice.height],
+            gain: Vec::new(),
             drift: drift.plus(&self.motion.noise).plus(&past.noise),
         }
     }
@@ -169,29 +174,66 @@ impl DepthFilter {
         total.norm_squared() as f32 / 3.0
     }
 
+    /// Brightness of an image against a past one.
+    fn light(&self, prepared: &Prepared, past: &Past, nodes: &[Node]) -> Light {
+        match self.config.brightness {
+            Brightness::Constant => Light {
+                gain: vec![1.0; self.lattice.height],
+                past: Vec::new(),
+            },
+            Brightness::Measured => self.lattice.lens.with(MeasureGain {
+                pair: &self.pair(prepared, past),
+                nodes,
+            }),
+        }
+    }
+
+    /// What the image is compared with: lag, past frame, baseline, light, and the past image in the light of the
+    /// new one where light runs over the rows.
+    fn comparisons<'a>(
+        &'a self,
+        prepared: &Prepared,
+        nodes: &[Node],
+        least_m: f64,
+    ) -> Vec<Comparison<'a>> {
+        let comparison = |(lag, past): (usize, &'a Past)| {
+            let (distance_m, _) = self.motion.pose.distance_and_angle(&past.world_from_camera);
+            (distance_m > least_m).then(|| {
+                let light = self.light(prepared, past, nodes);
+                let rolls = !light.past.is_empty();
+                let width = self.lattice.width;
+                Comparison {
+                    lag,
+                    past,
+                    distance_m,
+                    lit: rolls.then(|| past.image.lit(&light.past, width)),
+                    gain: light.gain,
+                }
+            })
+        };
+        self.compared().filter_map(comparison).collect()
+    }
+
     pub(super) fn update(&mut self, prepared: &Prepared, step: &mut DepthStep) {
         let least_m = self.least_baseline_m();
         let (mut scale, depth_m) = (0.0_f64, 1.0 / self.middle_zeta());
         let mut nodes = std::mem::take(&mut self.nodes);
         let mut trust = std::mem::take(&mut self.trust);
         let (mut turns, mut longest_m) = (0.0, least_m);
-        let mut pairs = Vec::with_capacity(self.config.lags.len());
-        for (lag, past) in self.compared() {
-            let (distance, _) = self.motion.pose.distance_and_angle(&past.world_from_camera);
-            if distance <= least_m {
-                continue;
-            }
-            let mut pair = self.pair(prepared, past);
-            if self.config.brightness == Brightness::Measured {
-                let measure = MeasureGain {
-                    pair: &pair,
-                    nodes: &nodes,
-                };
-                pair.gain = self.lattice.lens.with(measure);
-            }
+        let comparisons = self.comparisons(prepared, &nodes, least_m);
+        let mut pairs = Vec::with_capacity(comparisons.len());
+        for of in &comparisons {
+            let mut pair = self.pair(prepared, of.past);
+            pair.past = of.lit.as_ref().unwrap_or(pair.past);
+            pair.gain.clone_from(&of.gain);
             turns += self.turn(&mut pair, &nodes);
-            longest_m = longest_m.max(distance);
-            scale = scale.max(Self::scale_per_frame(distance, &pair.drift, lag, depth_m));
+            longest_m = longest_m.max(of.distance_m);
+            scale = scale.max(Self::scale_per_frame(
+                of.distance_m,
+                &pair.drift,
+                of.lag,
+                depth_m,
+            ));
             pairs.push(pair);
         }
         if self.config.occlusion {
@@ -250,6 +292,16 @@ impl DepthFilter {
             noise: self.motion.noise,
         });
     }
+}
+
+/// A past frame that an image is compared with.
+struct Comparison<'a> {
+    lag: usize,
+    past: &'a Past,
+    distance_m: f64,
+    gain: Vec<f32>,
+    /// The past image in the new one's light, where that is another by rows.
+    lit: Option<Prepared>,
 }
 
 /// `old_from_new` of two poses in the world.

@@ -4,7 +4,7 @@
 //! a whole image a rotation is told from the state's errors to hundredths of a pixel, so that exact poses are
 //! left alone, and errors of others are known.
 
-use super::lattice::{LensCall, read};
+use super::lattice::{Around, LensCall, read};
 use super::lens::Lens;
 use super::state::Node;
 use super::update::{HIDES, Pair};
@@ -24,8 +24,12 @@ pub(super) struct Turn {
     pub chi: f64,
 }
 
-/// Every so many columns and rows are enough.
-const STEP: usize = 3;
+/// Every so many columns, and rows, are enough. Rows are what costs: their pixels share cache lines.
+const COLUMNS: usize = 2;
+const ROWS: usize = 8;
+
+/// What a pixel counts for: chi is that of every third column and row.
+const COUNTS: f32 = (COLUMNS * ROWS) as f32 / 9.0;
 
 /// Where Huber's weight begins to fall, in standard deviations of the predicted residual.
 const REACH: f32 = 2.0;
@@ -43,13 +47,13 @@ impl LensCall<Turn> for MeasureTurn<'_, '_> {
     fn call<L: Lens>(self, lens: &L) -> Turn {
         let lattice = self.pair.lattice;
         let arch = pulp::Arch::new();
-        let rows: Vec<Sums> = (0..lattice.height / STEP)
+        let rows: Vec<Sums> = (0..lattice.height.div_ceil(ROWS))
             .into_par_iter()
             .map(|row| {
                 arch.dispatch(Row {
                     measure: &self,
                     lens,
-                    y: row * STEP,
+                    y: (row * ROWS + ROWS / 2).min(lattice.height - 1),
                 })
             })
             .collect();
@@ -67,6 +71,9 @@ impl Turn {
     };
 }
 
+/// Pixels that are worked on together.
+const TOGETHER: usize = 64;
+
 /// One row, compiled for wide vectors.
 struct Row<'a, 'b, 'c, L: Lens> {
     measure: &'a MeasureTurn<'b, 'c>,
@@ -79,90 +86,175 @@ impl<L: Lens> pulp::WithSimd for Row<'_, '_, '_, L> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Sums {
-        let (pair, y, lens) = (self.measure.pair, self.y, self.lens);
-        let (lattice, gain, step) = (pair.lattice, pair.gain[y], &pair.step);
-        let noise = pair.new.sigma.powi(2) + (gain * pair.past.sigma).powi(2);
-        let mut sums = Sums::default();
-        for x in (y / STEP % STEP..lattice.width).step_by(STEP) {
-            let here = y * lattice.width + x;
-            let node = &self.measure.nodes[here];
-            let there = step.rotation * lattice.ray[here] + step.translation * node[0];
+        let width = self.measure.pair.lattice.width;
+        let end = (self.y + 1) * width;
+        let mut first = self.y * width + self.y / ROWS % COLUMNS;
+        let mut lanes = [[0.0; LANES]; SUMS];
+        while first < end {
+            let count = (end - first).div_ceil(COLUMNS).min(TOGETHER);
+            let mut block = Block::new();
+            block.place(self.lens, self.measure, first, count);
+            block.read(self.measure, count);
+            block.judge(self.measure.pair, self.y);
+            block.gather(&mut lanes);
+            first += count * COLUMNS;
+        }
+        Sums(lanes.map(|lane| lane.iter().sum()))
+    }
+}
+
+/// Pixels of a row: what a rotation about each axis, and a common change of all ranges, does to their residuals.
+struct Block {
+    zeta: [f32; TOGETHER],
+    variance: [f32; TOGETHER],
+    new: [f32; TOGETHER],
+    there: [[f32; TOGETHER]; 3],
+    place: [[f32; TOGETHER]; 2],
+    along: [[f32; TOGETHER]; 2],
+    /// Movement of the place by a rotation about each axis.
+    turned: [[[f32; TOGETHER]; 2]; 3],
+    past: [[f32; 4]; TOGETHER],
+    slopes: [[f32; TOGETHER]; 4],
+    residual: [f32; TOGETHER],
+    /// Zero where there is nothing to be compared.
+    weight: [f32; TOGETHER],
+}
+
+impl Block {
+    #[inline(always)]
+    fn new() -> Self {
+        Self {
+            zeta: [f32::NAN; TOGETHER],
+            variance: [0.0; TOGETHER],
+            new: [0.0; TOGETHER],
+            there: [[f32::NAN; TOGETHER]; 3],
+            place: [[f32::NAN; TOGETHER]; 2],
+            along: [[0.0; TOGETHER]; 2],
+            turned: [[[0.0; TOGETHER]; 2]; 3],
+            past: [[f32::NAN; 4]; TOGETHER],
+            slopes: [[0.0; TOGETHER]; 4],
+            residual: [0.0; TOGETHER],
+            weight: [0.0; TOGETHER],
+        }
+    }
+
+    #[inline(always)]
+    fn place<L: Lens>(&mut self, lens: &L, of: &MeasureTurn<'_, '_>, first: usize, count: usize) {
+        let step = &of.pair.step;
+        for i in 0..count {
+            let here = first + i * COLUMNS;
+            let node = &of.nodes[here];
+            (self.zeta[i], self.variance[i]) = (node[0], node[3]);
+            self.new[i] = of.pair.new.pixel[here][0];
+            let there = step.rotation * of.pair.lattice.ray[here] + step.translation * node[0];
+            (0..3).for_each(|k| self.there[k][i] = there[k]);
+        }
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+        for i in 0..count {
+            let there = Vector3::new(self.there[0][i], self.there[1][i], self.there[2][i]);
             let (place, along) = lens.project_along(&there, &step.translation);
-            let Some((four, s, t)) = lattice.around(place) else {
-                continue;
-            };
-            if !pair.surface.is_empty() {
-                let nearest = four[usize::from(s > 0.5) + 2 * usize::from(t > 0.5)];
-                if pair.surface[nearest] * lens.gauge(&there) > HIDES * node[0] {
-                    continue;
-                }
-            }
-            let [value, gx, gy, _] = read(&pair.past.pixel, four, s, t);
-            let residual = gain * value - pair.new.pixel[here][0];
-            let (gx, gy) = (gain * gx, gain * gy);
-            let turned = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| {
+            (self.place[0][i], self.place[1][i]) = (place[0], place[1]);
+            (self.along[0][i], self.along[1][i]) = (along[0], along[1]);
+            for (turned, axis) in self.turned.iter_mut().zip(&axes) {
                 let (_, moved) = lens.project_along(&there, &axis.cross(&there));
-                gx * moved[0] + gy * moved[1]
-            });
+                (turned[0][i], turned[1][i]) = (moved[0], moved[1]);
+            }
+            // From here on the gauge is all that is asked for.
+            self.there[2][i] = lens.gauge(&there);
+        }
+    }
+
+    #[inline(always)]
+    fn read(&mut self, of: &MeasureTurn<'_, '_>, count: usize) {
+        let (pair, width) = (of.pair, of.pair.lattice.width);
+        let mut around = Around::new();
+        pair.lattice.around_each(&self.place, &mut around);
+        for i in 0..count {
+            let nearest = around.nearest[i] as usize;
+            let surface = pair.surface.get(nearest).copied().unwrap_or(0.0);
+            let hidden = surface * self.there[2][i] > HIDES * self.zeta[i];
+            let across = if hidden { f32::NAN } else { around.across[i] };
+            let four = around.four(width, i);
+            self.past[i] = read(&pair.past.pixel, four, across, around.down[i]);
+        }
+    }
+
+    #[inline(always)]
+    fn judge(&mut self, pair: &Pair<'_>, y: usize) {
+        let gain = pair.gain[y];
+        let noise = pair.new.sigma.powi(2) + (gain * pair.past.sigma).powi(2);
+        for i in 0..TOGETHER {
+            let [value, gx, gy, _] = self.past[i].map(|value| gain * value);
+            let residual = value - self.new[i];
             // What the state does not know of the range is not the rotation's.
-            let slope = gx * along[0] + gy * along[1];
-            let expected2 = noise + STATE * slope * slope * node[3];
+            let slope = gx * self.along[0][i] + gy * self.along[1][i];
+            let expected2 = noise + STATE * slope * slope * self.variance[i];
             let size2 = residual * residual;
             let reach2 = REACH * REACH * expected2;
-            let fits = if size2 > reach2 {
-                (reach2 / size2).sqrt()
-            } else {
-                1.0
-            };
-            let weight = fits / expected2;
-            let slopes = [turned[0], turned[1], turned[2], slope * node[0]];
+            let fits = if size2 > reach2 { reach2 / size2 } else { 1.0 };
+            let weight = COUNTS * fits.sqrt() / expected2;
+            let turned = |k: usize| gx * self.turned[k][0][i] + gy * self.turned[k][1][i];
+            let slopes = [turned(0), turned(1), turned(2), slope * self.zeta[i]];
             let usable = (weight * residual * slopes.iter().sum::<f32>()).is_finite();
-            if usable {
-                sums.gather(slopes, residual, weight);
+            for (all, slope) in self.slopes.iter_mut().zip(slopes) {
+                all[i] = if usable { slope } else { 0.0 };
+            }
+            self.residual[i] = if usable { residual } else { 0.0 };
+            self.weight[i] = if usable { weight } else { 0.0 };
+        }
+    }
+
+    /// Adds to sums of every so many pixels, each a lane of a vector.
+    #[inline(always)]
+    fn gather(&self, sums: &mut [[f32; LANES]; SUMS]) {
+        for first in (0..TOGETHER).step_by(LANES) {
+            let lane =
+                |of: &[f32; TOGETHER]| -> [f32; LANES] { std::array::from_fn(|i| of[first + i]) };
+            let (weight, residual) = (lane(&self.weight), lane(&self.residual));
+            let slopes: [[f32; LANES]; 4] = std::array::from_fn(|k| lane(&self.slopes[k]));
+            let mut next = 0;
+            for i in 0..4 {
+                for j in i..5 {
+                    let other = if j < 4 { &slopes[j] } else { &residual };
+                    for k in 0..LANES {
+                        sums[next][k] += weight[k] * slopes[i][k] * other[k];
+                    }
+                    next += 1;
+                }
             }
         }
-        sums
     }
 }
+
+/// Lanes of a vector.
+const LANES: usize = 8;
+
+/// Numbers of the normal equations.
+const SUMS: usize = 14;
 
 /// Normal equations of the rotation and of the relative error that all ranges share: what looks like the
-/// latter is not a rotation.
+/// latter is not a rotation. Rows of the upper half of the matrix, each followed by its number of the right side.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    matrix: [[f32; 4]; 4],
-    vector: [f32; 4],
-}
+struct Sums([f32; SUMS]);
 
 impl Sums {
-    #[inline(always)]
-    fn gather(&mut self, j: [f32; 4], residual: f32, weight: f32) {
-        for (i, row) in self.matrix.iter_mut().enumerate() {
-            let weighted = weight * j[i];
-            for (sum, j) in row.iter_mut().zip(j) {
-                *sum += weighted * j;
-            }
-            self.vector[i] += weighted * residual;
-        }
-    }
-
     fn add(&mut self, other: &Self) {
-        for (row, other) in self.matrix.iter_mut().zip(&other.matrix) {
-            for (sum, value) in row.iter_mut().zip(other) {
-                *sum += value;
-            }
-        }
-        for (sum, value) in self.vector.iter_mut().zip(other.vector) {
+        for (sum, value) in self.0.iter_mut().zip(other.0) {
             *sum += value;
         }
     }
 
     /// `None` where the images do not say.
     fn solve(&self, most: f64) -> Option<Turn> {
-        let mut matrix = Matrix4::from_fn(|i, j| f64::from(self.matrix[i][j]));
+        /// Where the rows begin.
+        const ROW: [usize; 4] = [0, 5, 9, 12];
+        let at = |i: usize, j: usize| f64::from(self.0[ROW[i] + j - i]);
+        let mut matrix = Matrix4::from_fn(|i, j| at(i.min(j), i.max(j)));
+        let vector = Vector4::from_fn(|i, _| at(i, 4));
         let prior = [most, most, most, SCALE];
         matrix += Matrix4::from_diagonal(&Vector4::from(prior.map(|sigma| sigma.powi(-2))));
         let inverse = matrix.try_inverse()?;
-        let found = -(inverse * Vector4::from(self.vector.map(f64::from)));
+        let found = -(inverse * vector);
         let covariance: Matrix3<f64> = inverse.fixed_view::<3, 3>(0, 0).into();
         let angle = found.xyz();
         let chi = angle.dot(&(covariance.try_inverse()? * angle));

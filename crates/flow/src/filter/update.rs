@@ -1,6 +1,6 @@
 //! The state corrected by comparing the new image with one of the past.
 
-use super::lattice::{Lattice, LensCall, read};
+use super::lattice::{Around, Lattice, LensCall, read};
 use super::lens::Lens;
 use super::predict::Step;
 use super::prepare::Prepared;
@@ -104,8 +104,9 @@ impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
         for (nodes, trust) in nodes.zip(self.trust.chunks_mut(TOGETHER)) {
             let mut seen = Seen::new();
             seen.place(self.lens, self.pair, first, nodes);
-            seen.read(self.pair, first, nodes);
-            let counts = seen.judge(&judge, nodes, trust);
+            seen.read(self.pair, nodes);
+            let new = &self.pair.new.pixel[first..first + nodes.len()];
+            let counts = seen.judge(&judge, new, nodes, trust);
             (compared, fitting) = (compared + counts.0, fitting + counts.1);
             first += nodes.len();
         }
@@ -115,6 +116,7 @@ impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
 
 /// What a row's residuals are judged by.
 struct Judge {
+    gain: f32,
     raw: f32,
     noise: f32,
     /// Variance of the place in the past image by the pose's error: constant, and for 1/Z squared.
@@ -127,6 +129,7 @@ impl Judge {
         let gain = pair.gain[y];
         let focal2 = pair.lattice.focal_px * pair.lattice.focal_px;
         Self {
+            gain,
             raw: pair.new.sigma_raw.powi(2) + (gain * pair.past.sigma_raw).powi(2),
             noise: pair.new.sigma.powi(2) + (gain * pair.past.sigma).powi(2),
             shift: [
@@ -143,10 +146,9 @@ struct Seen {
     place: [[f32; TOGETHER]; 2],
     along: [[f32; TOGETHER]; 2],
     gauge: [f32; TOGETHER],
-    residual: [f32; TOGETHER],
-    /// Variance of reading the past image there.
-    read: [f32; TOGETHER],
-    slope: [[f32; TOGETHER]; 2],
+    around: Around<TOGETHER>,
+    /// Brightness, slopes and variance of reading in the past image; NaN where it does not show the pixel.
+    past: [[f32; 4]; TOGETHER],
 }
 
 impl Seen {
@@ -156,9 +158,8 @@ impl Seen {
             place: [[0.0; TOGETHER]; 2],
             along: [[0.0; TOGETHER]; 2],
             gauge: [0.0; TOGETHER],
-            residual: [f32::NAN; TOGETHER],
-            read: [0.0; TOGETHER],
-            slope: [[0.0; TOGETHER]; 2],
+            around: Around::new(),
+            past: [[f32::NAN; 4]; TOGETHER],
         }
     }
 
@@ -175,44 +176,50 @@ impl Seen {
         }
     }
 
-    /// Residuals stay NaN where the past image does not show the pixel.
     #[inline(always)]
-    fn read(&mut self, pair: &Pair<'_>, first: usize, nodes: &[Node]) {
-        let past = &pair.past.pixel;
-        let gain = pair.gain[first / pair.lattice.width];
-        for (i, node) in nodes.iter().enumerate() {
-            let place = [self.place[0][i], self.place[1][i]];
-            let Some((four, s, t)) = pair.lattice.around(place) else {
-                continue;
-            };
-            if !pair.surface.is_empty() {
-                let nearest = four[usize::from(s > 0.5) + 2 * usize::from(t > 0.5)];
-                if pair.surface[nearest] * self.gauge[i] > HIDES * node[0] {
-                    continue;
-                }
+    fn read(&mut self, pair: &Pair<'_>, nodes: &[Node]) {
+        let width = pair.lattice.width;
+        pair.lattice.around_each(&self.place, &mut self.around);
+        if !pair.surface.is_empty() {
+            for (i, node) in nodes.iter().enumerate() {
+                let nearest = pair.surface[self.around.nearest[i] as usize];
+                let hidden = nearest * self.gauge[i] > HIDES * node[0];
+                self.around.across[i] = if hidden {
+                    f32::NAN
+                } else {
+                    self.around.across[i]
+                };
             }
-            let [value, gx, gy, variance] = read(past, four, s, t);
-            self.residual[i] = gain * value - pair.new.pixel[first + i][0];
-            self.read[i] = gain * gain * variance;
-            (self.slope[0][i], self.slope[1][i]) = (gain * gx, gain * gy);
+        }
+        for i in 0..nodes.len() {
+            let (s, t) = (self.around.across[i], self.around.down[i]);
+            self.past[i] = read(&pair.past.pixel, self.around.four(width, i), s, t);
         }
     }
 
     /// Adds what the residuals say to the nodes, each by its weight.
     #[inline(always)]
-    fn judge(&self, judge: &Judge, nodes: &mut [Node], trust: &mut [f32]) -> (u32, u32) {
+    fn judge(
+        &self,
+        judge: &Judge,
+        new: &[[f32; 4]],
+        nodes: &mut [Node],
+        trust: &mut [f32],
+    ) -> (u32, u32) {
         let (mut compared, mut fitting) = (0, 0);
         let mut gained = [[0.0_f32; 2]; TOGETHER];
-        for (i, (node, trust)) in nodes.iter().zip(trust).enumerate() {
+        let pixels = nodes.iter().zip(new).zip(trust);
+        for (i, ((node, new), trust)) in pixels.enumerate() {
             let along = [self.along[0][i], self.along[1][i]];
-            let (gx, gy) = (self.slope[0][i], self.slope[1][i]);
-            let (residual, slope) = (self.residual[i], gx * along[0] + gy * along[1]);
+            let reading = judge.gain * judge.gain * self.past[i][3];
+            let [value, gx, gy, _] = self.past[i].map(|value| judge.gain * value);
+            let precision = 1.0 / (judge.raw + reading);
+            let (residual, slope) = (value - new[0], gx * along[0] + gy * along[1]);
             let known = residual.is_finite() && slope.is_finite();
             // A pose in error shifts the past image: that part of the residual is not noise.
             let shift = judge.shift[0] + judge.shift[1] * node[0] * node[0];
             let blurred = (gx * gx + gy * gy) * shift;
-            let precision = 1.0 / (judge.raw + self.read[i]);
-            let expected2 = judge.noise + self.read[i] + blurred + slope * slope * node[3];
+            let expected2 = judge.noise + reading + blurred + slope * slope * node[3];
             let size2 = residual * residual;
             let reach2 = HUBER * HUBER * expected2;
             let fits = if size2 > reach2 { reach2 / size2 } else { 1.0 };

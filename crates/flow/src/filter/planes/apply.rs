@@ -54,7 +54,8 @@ impl Apply<'_> {
                         self.same_surface(&planes, node, b, ([left, right], s), ([top, bottom], t))
                     };
                     let plane = dot(&cell, b);
-                    blend(node, plane, cell[3] + self.rough, cell[4], self.least);
+                    let variance = cell[4] + unseen(node, plane);
+                    blend(node, plane, cell[3] + self.rough, variance, self.least);
                 }
             },
         );
@@ -84,7 +85,8 @@ impl Apply<'_> {
             .flatten()
             .fold((f32::INFINITY, 0.0_f32), |(a, b), z| (a.min(*z), b.max(*z)));
         // Also true for NaN.
-        !(most - least > ONE_SURFACE as f32 * most)
+        let two = most - least > ONE_SURFACE as f32 * most;
+        !two
     }
 
     /// The mix of the planes around a pixel that are of the surface whose plane comes closest to its zeta; or, where
@@ -142,6 +144,15 @@ impl Apply<'_> {
 #[inline(always)]
 fn dot(plane: &Plane, b: &Vector3<f32>) -> f32 {
     plane[0] * b.x + plane[1] * b.y + plane[2] * b.z
+}
+
+/// Variance of a pixel that knows nothing itself, which may be on another surface than its cell.
+#[inline]
+fn unseen(node: &Node, zeta: f32) -> f32 {
+    match knows(node) {
+        true => 0.0,
+        false => (super::fit::OTHER as f32 * zeta).powi(2),
+    }
 }
 
 /// The pixel's x: its plane and its own mean, each by its information.

@@ -15,7 +15,7 @@ pub(super) struct Fit {
 
 /// Relative deviation of a plane that is only continued from its neighbours: now and then it is another surface, a
 /// third nearer or farther.
-const OTHER: f64 = 0.06;
+pub(super) const OTHER: f64 = 0.06;
 
 impl Fit {
     pub const UNKNOWN: Self = Self {
