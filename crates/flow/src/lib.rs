@@ -16,6 +16,7 @@ mod filter;
 mod gaussian;
 mod horn_schunck;
 mod observer;
+mod padded;
 mod rays;
 mod rof;
 mod sampling;

@@ -156,9 +156,11 @@ impl TvL1Flow {
         self.fit_workspaces(&pyramid, start.is_some());
         let coarsest = pyramid[pyramid.len() - 1].0.size();
         let mut flow = match start {
+            Some(start) if coarsest == (width, height) => start.as_start(),
             Some(start) => start.as_start().resized(coarsest.0, coarsest.1),
             None => FlowField::zero(coarsest.0, coarsest.1),
         };
+        let weight = Weight::new(self.config.lambda, self.config.split);
         for ((from, to), work) in pyramid.iter().zip(&mut self.levels).rev() {
             if flow.size() != from.size() {
                 flow = flow.resized(from.width(), from.height());
@@ -166,13 +168,9 @@ impl TvL1Flow {
             let [slope_x, slope_y] = &mut work.slopes;
             sobel_into(from, slope_x, slope_y);
             for _ in 0..self.config.warps {
-                linearise_at(work, from, to, &flow);
-                work.solve(
-                    &mut flow,
-                    Weight::new(self.config.lambda, self.config.split),
-                    self.config.iterations,
-                );
-                work.clean(&mut flow, self.config.median_radius);
+                linearise_at(work, from, to, &flow, weight);
+                let (iterations, radius) = (self.config.iterations, self.config.median_radius);
+                work.solve(&mut flow, weight, iterations, radius);
             }
         }
         Ok(flow)
