@@ -15,6 +15,7 @@ mod field;
 mod filter;
 mod gaussian;
 mod horn_schunck;
+mod noise;
 mod observer;
 mod padded;
 mod rays;
