@@ -1,5 +1,6 @@
 //! Horn and Schunck's optical flow: least squares with a Sobolev prior.
 
+mod relax;
 mod system;
 
 use crate::blank::is_blank;
@@ -18,7 +19,8 @@ pub enum HornSchunckSolver {
         /// Sweeps over the image.
         sweeps: usize,
     },
-    /// Successive over-relaxation until no displacement changes by more than the tolerance.
+    /// Successive over-relaxation until no displacement changes by more than the tolerance, which is looked
+    /// at after every tenth sweep.
     Sor {
         /// Largest change of a displacement in a sweep at which to stop, pixels.
         tolerance_px: f32,

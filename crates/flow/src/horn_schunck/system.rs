@@ -18,11 +18,11 @@ const BLOCKS: Blocks = Blocks {
 ///
 /// a, b, c are yx, yy, yt over the root of `n_u + yx^2 + yy^2 n_u/n_v`.
 pub(super) struct System {
-    coefficients: [Padded; 3],
+    pub coefficients: [Padded; 3],
     /// n_u/n_v.
-    ratio: f32,
+    pub ratio: f32,
     /// Share of each horizontal neighbour in the means of u and v.
-    share: [f32; 2],
+    pub share: [f32; 2],
 }
 
 impl System {
@@ -61,47 +61,6 @@ impl System {
         pulp::Arch::new().dispatch(&mut pass);
         let [even, odd] = pass.flows;
         if sweeps.is_multiple_of(2) { even } else { odd }
-    }
-
-    /// Gauss and Seidel's sweeps in place, over-relaxed.
-    pub fn relax(&self, flow: &mut [Padded; 2], tolerance_px: f32, sweeps: usize) {
-        let (_, height) = flow[0].size();
-        for _ in 0..sweeps {
-            let mut largest = 0.0_f32;
-            for y in 0..height {
-                largest = largest.max(self.relax_row(flow, y));
-            }
-            if largest <= tolerance_px {
-                break;
-            }
-        }
-    }
-
-    /// The largest change.
-    fn relax_row(&self, [u, v]: &mut [Padded; 2], y: usize) -> f32 {
-        /// Between 1 (Gauss-Seidel) and 2 (divergence): near the best for means over a few hundred pixels.
-        const OVER: f32 = 1.9;
-        let (width, height) = u.size();
-        let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
-        let [a, b, c] = self.coefficients.each_ref().map(|plane| plane.row(y));
-        let mut largest = 0.0_f32;
-        for x in 0..width {
-            let (left, right) = (x.saturating_sub(1), (x + 1).min(width - 1));
-            let mean = |f: &Padded, share: f32| {
-                share * (f.row(y)[left] + f.row(y)[right])
-                    + (0.5 - share) * (f.row(above)[x] + f.row(below)[x])
-            };
-            let (mu, mv) = (mean(u, self.share[0]), mean(v, self.share[1]));
-            let r = a[x] * mu + b[x] * mv + c[x];
-            let (new_u, new_v) = (mu - a[x] * r, mv - b[x] * r * self.ratio);
-            for (field, new) in [(&mut *u, new_u), (&mut *v, new_v)] {
-                let value = &mut field.row_mut(y)[x];
-                let change = OVER * (new - *value);
-                *value += change;
-                largest = largest.max(change.abs());
-            }
-        }
-        largest
     }
 }
 
