@@ -1,15 +1,18 @@
 //! What the depth filter is off by, everywhere it is asked: `cargo run --release -p sphereflow-benches
 //! --example depth_accuracy -- [part of a name]... [--binning N] [--seconds S]
-//! [--seed N] [--constant-light]`.
+//! [--seed N] [--constant-light] [--sigma S] [--maps FOLDER]`.
 //!
 //! Thesis: section 4.1.1. Every case at 640x480 (or 1024x512 for the whole sphere), 60 Hz, 4 s, the
-//! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread.
+//! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread. `--maps` draws where errors are,
+//! and tells what share of them lies how far from the scene's depth edges.
 
 mod cases;
 mod figures;
+mod maps;
 
 use cases::{Case, Drive, cases};
 use figures::{Figures, Judge};
+use maps::Maps;
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -27,6 +30,7 @@ fn main() -> Fallible<()> {
     let mut config = DepthFilterConfig::default();
     let mut seconds = 4.0;
     let mut seed = 1;
+    let (mut folder, mut sigma) = (None, None);
     let mut names = Vec::new();
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
@@ -36,20 +40,33 @@ fn main() -> Fallible<()> {
             "--seconds" => seconds = value()?.parse()?,
             "--constant-light" => config.brightness = Brightness::Constant,
             "--seed" => seed = value()?.parse()?,
+            "--sigma" => sigma = Some(value()?.parse()?),
+            "--maps" => folder = Some(std::path::PathBuf::from(value()?)),
             _ => names.push(argument),
         }
     }
     println!("{}", Figures::HEADER);
-    for case in cases()? {
+    for mut case in cases()? {
+        case.sigma = sigma.unwrap_or(case.sigma);
         if names.is_empty() || names.iter().any(|name| case.name.contains(name.as_str())) {
-            println!("{}", run(&case, &config, seconds, seed)?.row(&case));
+            let mut maps = folder.as_ref().map(|_| Maps::new(&case.camera));
+            let figures = run(&case, &config, (seconds, seed), &mut maps)?;
+            println!("{}", figures.row(&case));
+            if let (Some(maps), Some(folder)) = (maps, &folder) {
+                println!("{}", maps.write(folder, &case.name)?);
+            }
         }
     }
     Ok(())
 }
 
 /// The filter over one sequence.
-fn run(case: &Case, config: &DepthFilterConfig, seconds: f64, seed: u64) -> Fallible<Figures> {
+fn run(
+    case: &Case,
+    config: &DepthFilterConfig,
+    (seconds, seed): (f64, u64),
+    maps: &mut Option<Maps>,
+) -> Fallible<Figures> {
     let renderer = Renderer::new(&case.scene, &case.camera);
     let mut filter = DepthFilter::new(&case.camera, config.clone())?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -71,7 +88,11 @@ fn run(case: &Case, config: &DepthFilterConfig, seconds: f64, seed: u64) -> Fall
         judge.spent(begun.elapsed());
         if index % 3 == 0 {
             filter.range_into(&mut range, &mut std)?;
-            judge.judge(t_s, &range, &std, &rendered.range.into_plane());
+            let truth = rendered.range.into_plane();
+            judge.judge(t_s, &range, &std, &truth);
+            if let Some(maps) = maps {
+                maps.add(t_s, &image, &truth, &range, &std)?;
+            }
         }
     }
     Ok(judge.figures())

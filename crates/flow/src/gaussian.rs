@@ -25,6 +25,21 @@ impl Gaussian {
         }
     }
 
+    /// Pixels from the border up to which what lies beyond it is missed.
+    pub fn margin(&self) -> usize {
+        /// Of the kernel's weight, what lies beyond a pixel's border is no matter from here on.
+        const MISSED: f32 = 0.03;
+        let beyond = |near: usize| {
+            self.half[near.min(self.radius())..]
+                .iter()
+                .skip(1)
+                .sum::<f32>()
+        };
+        (0..=self.radius())
+            .find(|near| beyond(*near) < MISSED)
+            .unwrap_or(0)
+    }
+
     /// Pixels to each side.
     pub fn radius(&self) -> usize {
         self.half.len() - 1
@@ -52,6 +67,11 @@ impl Gaussian {
 
     /// Smooths `image` into `out`, both of the same size.
     pub fn apply(&self, image: &Plane<f32>, out: &mut Plane<f32>) {
+        self.apply_to(image, false, out);
+    }
+
+    /// [`Self::apply`], for images that may go on from the last column to the first (`wraps`).
+    pub fn apply_to(&self, image: &Plane<f32>, wraps: bool, out: &mut Plane<f32>) {
         if self.radius() == 0 {
             out.data_mut().copy_from_slice(image.data());
             return;
@@ -59,6 +79,7 @@ impl Gaussian {
         pulp::Arch::new().dispatch(Smooth {
             half: &self.half,
             image,
+            wraps,
             out,
         });
     }
@@ -68,6 +89,7 @@ impl Gaussian {
 struct Smooth<'a> {
     half: &'a [f32],
     image: &'a Plane<f32>,
+    wraps: bool,
     out: &'a mut Plane<f32>,
 }
 
@@ -76,7 +98,12 @@ impl pulp::WithSimd for Smooth<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { half, image, out } = self;
+        let Self {
+            half,
+            image,
+            wraps,
+            out,
+        } = self;
         let (width, height) = image.size();
         let radius = half.len() - 1;
         let mut padded = vec![0.0_f32; width + 2 * radius];
@@ -96,6 +123,10 @@ impl pulp::WithSimd for Smooth<'_> {
             let (first, last) = (padded[radius], padded[radius + width - 1]);
             padded[..radius].fill(first);
             padded[radius + width..].fill(last);
+            if wraps && width >= radius {
+                padded.copy_within(width..width + radius, 0);
+                padded.copy_within(radius..2 * radius, radius + width);
+            }
             for (to, from) in out.iter_mut().zip(&padded[radius..]) {
                 *to = half[0] * from;
             }
@@ -122,6 +153,27 @@ mod tests {
         let flat = Plane::filled(30, 20, 7.0);
         Gaussian::new(2.5).apply(&flat, &mut out);
         assert!(out.data().iter().all(|v| (v - 7.0).abs() < 1e-5));
+    }
+
+    #[test]
+    fn smoothing_around_an_image_that_wraps_does_not_depend_on_its_first_column() {
+        let size = (32, 8);
+        let paint = |x: usize, y: usize| ((x * 7 + y * 5) % 32) as f32;
+        let image = Plane::from_fn(size.0, size.1, paint);
+        let turned = Plane::from_fn(size.0, size.1, |x, y| paint((x + 11) % size.0, y));
+        let gaussian = Gaussian::new(1.2);
+        let (mut a, mut b) = (image.clone(), turned.clone());
+        gaussian.apply_to(&image, true, &mut a);
+        gaussian.apply_to(&turned, true, &mut b);
+        let same = |x: usize, y: usize| (a[((x + 11) % size.0, y)] - b[(x, y)]).abs() < 1e-5;
+        assert!((0..size.0).all(|x| (0..size.1).all(|y| same(x, y))));
+    }
+
+    #[test]
+    fn margin_grows_with_the_kernel() {
+        assert_eq!(Gaussian::new(0.0).margin(), 0);
+        assert_eq!(Gaussian::new(0.5).margin(), 1);
+        assert_eq!(Gaussian::new(1.2).margin(), 2);
     }
 
     #[test]

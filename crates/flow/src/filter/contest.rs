@@ -1,6 +1,6 @@
 //! At depth edges, a pixel belongs to the surface whose depth explains the images better.
 
-use super::lattice::{LensCall, mix};
+use super::lattice::{LensCall, read};
 use super::lens::Lens;
 use super::predict::fresh;
 use super::state::Node;
@@ -132,7 +132,7 @@ fn cost<L: Lens>(lens: &L, pairs: &[Pair<'_>], here: usize, zeta: f32, width: us
             let Some((four, s, t)) = pair.lattice.around(lens.project(&there)) else {
                 continue;
             };
-            let residual = gain * mix(&pair.past.pixel, four, s, t)[0] - pair.new.pixel[place][0];
+            let residual = gain * read(&pair.past.pixel, four, s, t)[0] - pair.new.pixel[place][0];
             if residual.is_finite() {
                 sum += (residual * residual / noise).min(MOST);
                 count += 1.0;

@@ -1,6 +1,6 @@
 //! How much brighter the new image is than a past one, measured between warped images.
 
-use super::lattice::{LensCall, mix};
+use super::lattice::{LensCall, read};
 use super::lens::Lens;
 use super::state::Node;
 use super::update::Pair;
@@ -120,7 +120,7 @@ impl<L: Lens> pulp::WithSimd for RowSamples<'_, '_, L> {
                 let Some((four, s, t)) = lattice.around(*place) else {
                     continue;
                 };
-                let past = mix(&pair.past.pixel, four, s, t)[0];
+                let past = read(&pair.past.pixel, four, s, t)[0];
                 let new = pair.new.pixel[first + i * STEP][0];
                 if past > DARK && new > DARK {
                     samples.push([new, past]);

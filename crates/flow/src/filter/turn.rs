@@ -4,7 +4,7 @@
 //! a whole image a rotation is told from the state's errors to hundredths of a pixel, so that exact poses are
 //! left alone, and errors of others are known.
 
-use super::lattice::{LensCall, mix};
+use super::lattice::{LensCall, read};
 use super::lens::Lens;
 use super::state::Node;
 use super::update::{HIDES, Pair};
@@ -97,7 +97,7 @@ impl<L: Lens> pulp::WithSimd for Row<'_, '_, '_, L> {
                     continue;
                 }
             }
-            let [value, gx, gy, _] = mix(&pair.past.pixel, four, s, t);
+            let [value, gx, gy, _] = read(&pair.past.pixel, four, s, t);
             let residual = gain * value - pair.new.pixel[here][0];
             let (gx, gy) = (gain * gx, gain * gy);
             let turned = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| {

@@ -1,6 +1,6 @@
 //! The state corrected by comparing the new image with one of the past.
 
-use super::lattice::{Lattice, LensCall, mix};
+use super::lattice::{Lattice, LensCall, read};
 use super::lens::Lens;
 use super::predict::Step;
 use super::prepare::Prepared;
@@ -144,6 +144,8 @@ struct Seen {
     along: [[f32; TOGETHER]; 2],
     gauge: [f32; TOGETHER],
     residual: [f32; TOGETHER],
+    /// Variance of reading the past image there.
+    read: [f32; TOGETHER],
     slope: [[f32; TOGETHER]; 2],
 }
 
@@ -155,6 +157,7 @@ impl Seen {
             along: [[0.0; TOGETHER]; 2],
             gauge: [0.0; TOGETHER],
             residual: [f32::NAN; TOGETHER],
+            read: [0.0; TOGETHER],
             slope: [[0.0; TOGETHER]; 2],
         }
     }
@@ -188,8 +191,9 @@ impl Seen {
                     continue;
                 }
             }
-            let [value, gx, gy, _] = mix(past, four, s, t);
+            let [value, gx, gy, variance] = read(past, four, s, t);
             self.residual[i] = gain * value - pair.new.pixel[first + i][0];
+            self.read[i] = gain * gain * variance;
             (self.slope[0][i], self.slope[1][i]) = (gain * gx, gain * gy);
         }
     }
@@ -199,7 +203,6 @@ impl Seen {
     fn judge(&self, judge: &Judge, nodes: &mut [Node], trust: &mut [f32]) -> (u32, u32) {
         let (mut compared, mut fitting) = (0, 0);
         let mut gained = [[0.0_f32; 2]; TOGETHER];
-        let precision = 1.0 / judge.raw;
         for (i, (node, trust)) in nodes.iter().zip(trust).enumerate() {
             let along = [self.along[0][i], self.along[1][i]];
             let (gx, gy) = (self.slope[0][i], self.slope[1][i]);
@@ -208,7 +211,8 @@ impl Seen {
             // A pose in error shifts the past image: that part of the residual is not noise.
             let shift = judge.shift[0] + judge.shift[1] * node[0] * node[0];
             let blurred = (gx * gx + gy * gy) * shift;
-            let expected2 = judge.noise + blurred + slope * slope * node[3];
+            let precision = 1.0 / (judge.raw + self.read[i]);
+            let expected2 = judge.noise + self.read[i] + blurred + slope * slope * node[3];
             let size2 = residual * residual;
             let reach2 = HUBER * HUBER * expected2;
             let fits = if size2 > reach2 { reach2 / size2 } else { 1.0 };
