@@ -54,7 +54,8 @@ fn main() -> Fallible<()> {
         // The weight of the data falls with the noise, as in the thesis's own choice of alpha.
         let noisy = sigma > 5.0;
         // Smoothed noise is no longer seen by the flow's own measure: the weight that it would take is given.
-        let flow_weight = flow_weight.or(noisy.then_some(0.05));
+        let smoothed = noisy && prefilter_px > 0.0;
+        let flow_weight = flow_weight.or(smoothed.then_some(0.05));
         let depth_weight = depth_weight.unwrap_or(if noisy { 0.02 } else { 0.5 });
         let curve = run(sigma, prefilter_px, (flow_weight, depth_weight))?;
         for (index, method) in METHODS.iter().enumerate() {
