@@ -120,9 +120,10 @@ def figures(curve: Curve) -> tuple[float, float, float]:
 
 
 def zoom_top(curves: list[Curve]) -> float:
-    """Upper end of a zoom: somewhat above what the better of the thesis's methods settles at."""
-    settled = min(float(np.median(curve[round(RATE_HZ) :])) for curve in curves)
-    return max(4.0, 2.5 * settled)
+    """Upper end of a zoom: above what the thesis's methods settle at, where both can be seen well."""
+    better, worse = sorted(float(np.median(curve[round(RATE_HZ) :])) for curve in curves)
+    top = 1.8 * worse if worse < 5 * better else 2.5 * better
+    return min(max(4.0, top), 20.0)
 
 
 def draw(
