@@ -2,7 +2,7 @@
 
 Error against time of the thesis's observers and variational methods and of the depth filter, for
 noise of 0, 1 and 10 grey levels, overview and zoom, over the thesis's 4 s. With `--full` at its
-640x480 pixels too, which takes some ten minutes; else at 160x120, in two.
+640x480 pixels too, which takes about half an hour of two cores; else at 160x120, in two minutes.
 """
 
 from concurrent.futures import ProcessPoolExecutor
@@ -122,7 +122,7 @@ def figures(curve: Curve) -> tuple[float, float, float]:
 def zoom_top(curves: list[Curve]) -> float:
     """Upper end of a zoom: above what the thesis's methods settle at, where both can be seen well."""
     better, worse = sorted(float(np.median(curve[round(RATE_HZ) :])) for curve in curves)
-    top = 1.8 * worse if worse < 5 * better else 2.5 * better
+    top = 1.5 * worse if worse < 10 * better else 2.5 * better
     return min(max(4.0, top), 20.0)
 
 
