@@ -120,7 +120,7 @@ def figures(curve: Curve) -> tuple[float, float, float]:
 
 
 def zoom_top(curves: list[Curve]) -> float:
-    """Upper end of a zoom: above what the thesis's methods settle at, where both can be seen well."""
+    """Upper end of a zoom: above what the thesis's methods settle at, where that shows both."""
     better, worse = sorted(float(np.median(curve[round(RATE_HZ) :])) for curve in curves)
     top = 1.5 * worse if worse < 10 * better else 2.5 * better
     return min(max(4.0, top), 20.0)
