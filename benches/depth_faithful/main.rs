@@ -53,7 +53,9 @@ fn main() -> Fallible<()> {
         let prefilter_px = prefilter_px.unwrap_or(if sigma > 5.0 { 1.5 } else { 0.0 });
         // The weight of the data falls with the noise, as in the thesis's own choice of alpha.
         let noisy = sigma > 5.0;
-        let flow_weight = flow_weight.unwrap_or(if noisy { 0.05 } else { 0.1 });
+        // Smoothed noise is no longer seen by the flow's own measure: the weight that it would take is given.
+        let smoothed = noisy && prefilter_px > 0.0;
+        let flow_weight = flow_weight.or(smoothed.then_some(0.05));
         let depth_weight = depth_weight.unwrap_or(if noisy { 0.02 } else { 0.5 });
         let curve = run(sigma, prefilter_px, (flow_weight, depth_weight))?;
         for (index, method) in METHODS.iter().enumerate() {
@@ -100,7 +102,7 @@ fn report(sigma: f32, prefilter_px: f32, method: &str, index: usize, curve: &[Po
 }
 
 /// All methods over the sequence.
-fn run(sigma: f32, prefilter_px: f32, weights: (f32, f64)) -> Fallible<Vec<Point>> {
+fn run(sigma: f32, prefilter_px: f32, weights: (Option<f32>, f64)) -> Fallible<Vec<Point>> {
     let camera = SimConfig::thesis_camera(640, 480)?;
     let (renderer, motion) = (
         Renderer::new(&Scene::thesis_room(), &camera),
@@ -149,7 +151,7 @@ struct Methods {
 }
 
 impl Methods {
-    fn new(rays: PixelRays, (flow, depth): (f32, f64)) -> Fallible<Self> {
+    fn new(rays: PixelRays, (flow, depth): (Option<f32>, f64)) -> Fallible<Self> {
         let flow = TvL1Config {
             lambda: flow,
             ..TvL1Config::warm()

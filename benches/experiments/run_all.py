@@ -3,6 +3,7 @@
 import argparse
 import importlib
 import sys
+from inspect import signature
 from pathlib import Path
 
 EXPERIMENTS = [
@@ -21,12 +22,17 @@ def main() -> None:
     """Run the experiments named on the command line, or all."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", default=EXPERIMENTS, help=f"of {EXPERIMENTS}")
+    parser.add_argument(
+        "--full", action="store_true", help="at the thesis's size, where that takes long"
+    )
     parser.add_argument("--out", type=Path, default=Path("docs/figures"))
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     sys.path.insert(0, str(Path(__file__).parent))
     for name in arguments.names:
-        importlib.import_module(name).main(arguments.out)
+        draw = importlib.import_module(name).main
+        longer = {"full": True} if arguments.full and "full" in signature(draw).parameters else {}
+        draw(arguments.out, **longer)
 
 
 if __name__ == "__main__":

@@ -25,24 +25,78 @@ impl Derivatives {
     /// # Errors
     /// A shape error where the sizes differ.
     pub fn of_pair(image0: &Plane<f32>, image1: &Plane<f32>) -> Result<Self> {
-        same_size("image1", image0.size(), image1.size())?;
-        let (mean, t) = (
-            pointwise(image0, image1, |a, b| 0.5 * (a + b)),
-            pointwise(image0, image1, |a, b| b - a),
-        );
-        let (x, y) = sobel(&mean);
+        let mut rows = PairRows::new(image0, image1)?;
+        let (width, height) = image0.size();
+        let [mut x, mut y, mut t] = [(); 3].map(|()| Plane::filled(width, height, 0.0));
+        let [all_x, all_y, all_t] = [&mut x, &mut y, &mut t].map(Plane::data_mut);
+        let out = all_x.chunks_mut(width).zip(all_y.chunks_mut(width));
+        for (row, ((x, y), t)) in out.zip(all_t.chunks_mut(width)).enumerate() {
+            rows.write(row, [x, y, t]);
+        }
         Ok(Self { x, y, t })
     }
+}
 
-    /// Zero where one of them is unknown: nothing is said there, and nothing unknown spreads.
-    pub(crate) fn silent_where_unknown(mut self) -> Self {
-        let [x, y, t] = [&mut self.x, &mut self.y, &mut self.t].map(Plane::data_mut);
-        for ((x, y), t) in x.iter_mut().zip(y).zip(t) {
-            if !(*x + *y + *t).is_finite() {
-                (*x, *y, *t) = (0.0, 0.0, 0.0);
+/// The rows of [`Derivatives::of_pair`], one after the other.
+pub(crate) struct PairRows<'a> {
+    images: [&'a Plane<f32>; 2],
+    /// Mean image of rows above, at and below.
+    means: [Vec<f32>; 3],
+}
+
+impl<'a> PairRows<'a> {
+    pub fn new(image0: &'a Plane<f32>, image1: &'a Plane<f32>) -> Result<Self> {
+        same_size("image1", image0.size(), image1.size())?;
+        Ok(Self {
+            images: [image0, image1],
+            means: [(); 3].map(|()| vec![0.0; image0.width()]),
+        })
+    }
+
+    /// Slopes by column and row and the difference in time, of row `y`.
+    pub fn write(&mut self, y: usize, out: [&mut [f32]; 3]) {
+        let Self { images, means } = self;
+        pulp::Arch::new().dispatch(PairRow {
+            images,
+            means,
+            y,
+            out,
+        });
+    }
+}
+
+/// [`PairRows::write`], compiled for wide vectors.
+struct PairRow<'a, 'b> {
+    images: &'a [&'b Plane<f32>; 2],
+    means: &'a mut [Vec<f32>; 3],
+    y: usize,
+    out: [&'a mut [f32]; 3],
+}
+
+impl pulp::WithSimd for PairRow<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let height = self.images[0].height();
+        let rows = [
+            self.y.saturating_sub(1),
+            self.y,
+            (self.y + 1).min(height - 1),
+        ];
+        for (mean, row) in self.means.iter_mut().zip(rows) {
+            let [a, b] = self.images.map(|image| image.row(row));
+            for ((mean, a), b) in mean.iter_mut().zip(a).zip(b) {
+                *mean = 0.5 * (a + b);
             }
         }
-        self
+        let [out_x, out_y, out_t] = self.out;
+        let [a, b] = self.images.map(|image| image.row(self.y));
+        for ((out, a), b) in out_t.iter_mut().zip(a).zip(b) {
+            *out = b - a;
+        }
+        let [above, own, below] = self.means.each_ref().map(Vec::as_slice);
+        sobel_row([above, own, below], rows[2] - rows[0], [out_x, out_y]);
     }
 }
 
@@ -67,14 +121,6 @@ pub(crate) fn sobel_into(image: &Plane<f32>, x: &mut Plane<f32>, y: &mut Plane<f
         .for_each(|(row, (x, y))| arch.dispatch(SobelRow { image, row, x, y }));
 }
 
-fn pointwise(a: &Plane<f32>, b: &Plane<f32>, f: impl Fn(f32, f32) -> f32) -> Plane<f32> {
-    let mut out = a.clone();
-    for (out, b) in out.data_mut().iter_mut().zip(b.data()) {
-        *out = f(*out, *b);
-    }
-    out
-}
-
 /// [`sobel_row`], compiled for wide vectors.
 struct SobelRow<'a> {
     image: &'a Plane<f32>,
@@ -88,17 +134,19 @@ impl pulp::WithSimd for SobelRow<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        sobel_row(self.image, self.row, self.x, self.y);
+        let last = self.image.height() - 1;
+        let (above, below) = (self.row.saturating_sub(1), (self.row + 1).min(last));
+        let rows = [above, self.row, below].map(|row| self.image.row(row));
+        sobel_row(rows, below - above, [self.x, self.y]);
     }
 }
 
-/// One row of both Sobel slopes. One-sided at the border, with the right scale.
+/// One row of both Sobel slopes, of the rows above, at and below it, of which the outer are `span` apart.
+/// One-sided at the border, with the right scale.
 #[inline(always)]
-fn sobel_row(image: &Plane<f32>, row: usize, out_x: &mut [f32], out_y: &mut [f32]) {
-    let (width, height) = image.size();
-    let (above, below) = (row.saturating_sub(1), (row + 1).min(height - 1));
-    let (a, b, c) = (image.row(above), image.row(row), image.row(below));
-    let per_y = 1.0 / (4.0 * (below - above).max(1) as f32);
+fn sobel_row([a, b, c]: [&[f32]; 3], span: usize, [out_x, out_y]: [&mut [f32]; 2]) {
+    let width = b.len();
+    let per_y = 1.0 / (4.0 * span.max(1) as f32);
     let column = |x: usize| a[x] + 2.0 * b[x] + c[x];
     let slope = |x: usize| c[x] - a[x];
     for x in [0, width - 1] {

@@ -1,12 +1,16 @@
 //! The order in which repeated sweeps over an image share the cache.
 
+use crate::padded::LANES;
 use std::ops::Range;
 
-/// Sweeps that run through the image together.
-const TOGETHER: usize = 8;
-
-/// Columns of a tile: the rows of its sweeps fit into the first cache.
-const COLUMNS: usize = 320;
+/// How sweeps are cut into pieces that stay in the cache.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Blocks {
+    /// Sweeps that run through the image together.
+    pub together: usize,
+    /// Columns of a tile, whole vectors.
+    pub columns: usize,
+}
 
 /// What a sweep does to a piece of a row. A trait and not a closure: `#[inline(always)]` on `visit` lets it
 /// be compiled for the vectors of its caller.
@@ -15,34 +19,38 @@ pub(crate) trait Sweep {
     fn visit(&mut self, sweep: usize, row: usize, columns: Range<usize>);
 }
 
-/// Visits, for every sweep, every pixel, so that each pixel and its neighbours have
-/// seen all earlier sweeps, and none beside it has seen a later one than the next.
+/// Visits, for every sweep, every pixel of `columns` (whole vectors) times `height`, so that each pixel and
+/// its neighbours have seen all earlier sweeps, and none beside it has seen a later one than the next.
 ///
-/// Each sweep follows one row behind and one column left of the one before; the result is that of sweep
+/// Each sweep follows one row behind and one vector left of the one before; the result is that of sweep
 /// after sweep, without going through the memory each time.
 #[inline(always)]
 pub(crate) fn sweep_together(
-    (width, height): (usize, usize),
+    (columns, height): (usize, usize),
     sweeps: usize,
+    blocks: Blocks,
     pass: &mut impl Sweep,
 ) {
-    let tiles = width.div_ceil(COLUMNS);
+    let tiles = columns.div_ceil(blocks.columns);
     let mut done = 0;
     while done < sweeps {
-        let together = TOGETHER.min(sweeps - done);
+        let together = blocks.together.min(sweeps - done);
         for tile in 0..tiles {
             for front in 0..height + together - 1 {
                 for sweep in 0..together {
                     let Some(row) = front.checked_sub(sweep).filter(|row| *row < height) else {
                         continue;
                     };
-                    let first = (tile * COLUMNS).saturating_sub(sweep);
+                    let behind = sweep * LANES;
+                    let first = (tile * blocks.columns).saturating_sub(behind);
                     let end = if tile + 1 == tiles {
-                        width
+                        columns
                     } else {
-                        (tile + 1) * COLUMNS - sweep
+                        ((tile + 1) * blocks.columns).saturating_sub(behind)
                     };
-                    pass.visit(done + sweep, row, first..end);
+                    if first < end {
+                        pass.visit(done + sweep, row, first..end);
+                    }
                 }
             }
         }
@@ -82,11 +90,14 @@ mod tests {
 
     #[test]
     fn sweep_together_shows_each_pixel_its_neighbours_of_the_sweep_before() {
-        for (width, height, sweeps) in [(300, 5, 19), (7, 4, 8), (129, 9, 3)] {
-            let seen = vec![0; width * height];
-            let mut count = Count { seen, width };
-            sweep_together((width, height), sweeps, &mut count);
-            assert!(count.seen.iter().all(|count| *count == sweeps));
+        for (width, height, sweeps) in [(304, 5, 19), (16, 4, 8), (128, 9, 3)] {
+            for (together, columns) in [(8, 64), (3, 128), (20, 32), (1, 16)] {
+                let seen = vec![0; width * height];
+                let mut count = Count { seen, width };
+                let blocks = Blocks { together, columns };
+                sweep_together((width, height), sweeps, blocks, &mut count);
+                assert!(count.seen.iter().all(|count| *count == sweeps));
+            }
         }
     }
 }

@@ -156,7 +156,7 @@ fn flow_of_images_of_two_sizes_or_of_bad_settings_is_an_error_naming_the_argumen
         "{texts:?}"
     );
     let bad = TvL1Config {
-        lambda: f32::NAN,
+        lambda: Some(f32::NAN),
         ..TvL1Config::default()
     };
     assert!(

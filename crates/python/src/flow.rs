@@ -133,16 +133,17 @@ pub fn py_horn_schunck<'py>(
 /// ----------
 /// image0, image1 : array_like, (H, W)
 ///     Brightness from 1 to 256 (another scale wants another `weight`).
-/// weight : float
-///     Weight of the data, per grey level: the thesis's alpha squared.
-/// split : float
+/// weight : float, optional
+///     Weight of the data, per grey level: the thesis's alpha squared. `None`: 0.25 for images without noise,
+///     and less, by the noise that is measured.
+/// split : float, optional
 ///     How far the flow that fits the data may lie from the smooth one, 1/(2 beta squared) of the thesis: noise
-///     is not fitted. 0 for an absolute data term.
+///     is not fitted. 0 for an absolute data term. `None`: 0.2, and up to 0.4 with noise.
 /// warps, iterations, levels : int
 ///     Linearisations per level, iterations per linearisation, pyramid levels. A video whose flow
 ///     starts from the one before does with 3, 20 and 1.
-/// presmooth_px : float
-///     Standard deviation of the Gaussian that smooths both images first; 1 and more for noisy ones.
+/// presmooth_px : float, optional
+///     Standard deviation of the Gaussian that smooths both images first. `None`: 0.5, and up to 0.8 with noise.
 /// median_radius : int
 ///     Radius of the median filter of the flow after each linearisation: 0 for none, 1 or 2.
 /// start : array_like, (H, W, 2), optional
@@ -160,24 +161,26 @@ pub fn py_horn_schunck<'py>(
 /// ShapeError, DtypeError, ValueRangeError
 ///     Naming the argument.
 #[pyfunction]
-#[pyo3(name = "tv_l1", signature = (image0, image1, *, weight = 0.25, split = 0.2, warps = 5, iterations = 20, levels = 5, presmooth_px = 0.5, median_radius = 1, start = None))]
+#[pyo3(name = "tv_l1", signature = (image0, image1, *, weight = None, split = None, warps = 5, iterations = 20, levels = 5, presmooth_px = None, median_radius = 1, start = None))]
 #[allow(clippy::too_many_arguments)] // keyword arguments of Python
 pub fn py_tv_l1<'py>(
     py: Python<'py>,
     image0: &Bound<'py, PyAny>,
     image1: &Bound<'py, PyAny>,
-    weight: f32,
-    split: f32,
+    weight: Option<f32>,
+    split: Option<f32>,
     warps: usize,
     iterations: usize,
     levels: usize,
-    presmooth_px: f32,
+    presmooth_px: Option<f32>,
     median_radius: usize,
     start: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray3<f32>>> {
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
     let start = start.map(|start| flow_from(start, "start")).transpose()?;
-    positive(f64::from(weight), "weight")?;
+    if let Some(weight) = weight {
+        positive(f64::from(weight), "weight")?;
+    }
     let config = TvL1Config {
         lambda: weight,
         warps,

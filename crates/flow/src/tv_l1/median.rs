@@ -1,15 +1,16 @@
 //! The median filter of a flow between its linearisations: jumps stay, single wrong pixels go.
 
+use crate::padded::Padded;
 use rayon::prelude::*;
 use sphereflow_core::Plane;
 
 /// The median of each pixel over a square of `2 radius + 1` pixels, the border continued by its last pixel.
-pub(super) fn median_filtered(plane: &Plane<f32>, radius: usize, out: &mut Plane<f32>) {
-    let width = plane.width();
+pub(super) fn median_filtered(plane: &Padded, radius: usize, out: &mut Plane<f32>) {
+    let (width, _) = plane.size();
     let arch = pulp::Arch::new();
     let rows = out.data_mut().par_chunks_mut(width).enumerate();
     match radius {
-        0 => out.clone_from(plane),
+        0 => plane.store(out),
         1 => rows.for_each_init(
             || vec![[0.0_f32; 3]; width],
             |sorted, (y, out)| {
@@ -27,7 +28,7 @@ pub(super) fn median_filtered(plane: &Plane<f32>, radius: usize, out: &mut Plane
 
 /// A row of squares of three pixels, compiled for wide vectors.
 struct MedianRow<'a> {
-    plane: &'a Plane<f32>,
+    plane: &'a Padded,
     y: usize,
     /// The three values of each column by size.
     sorted: &'a mut [[f32; 3]],
@@ -96,7 +97,7 @@ fn middle(a: f32, b: f32, c: f32) -> f32 {
 }
 
 /// A row of larger squares.
-fn any_row(plane: &Plane<f32>, y: usize, radius: isize, out: &mut [f32]) {
+fn any_row(plane: &Padded, y: usize, radius: isize, out: &mut [f32]) {
     let (width, height) = plane.size();
     let inside = |i: usize, step: isize, size: usize| i.saturating_add_signed(step).min(size - 1);
     let mut window = Vec::with_capacity(((2 * radius + 1) * (2 * radius + 1)) as usize);
@@ -120,9 +121,10 @@ mod tests {
         let hash = |x: usize, y: usize| ((x * 7919 + y * 104_729) % 1013) as f32;
         let plane = Plane::from_fn(37, 11, hash);
         let (mut fast, mut any) = (plane.clone(), plane.clone());
-        median_filtered(&plane, 1, &mut fast);
+        let padded = Padded::of(&plane);
+        median_filtered(&padded, 1, &mut fast);
         for (y, out) in any.data_mut().chunks_mut(37).enumerate() {
-            any_row(&plane, y, 1, out);
+            any_row(&padded, y, 1, out);
         }
         assert_eq!(fast, any);
     }

@@ -1,95 +1,21 @@
 //! TV-L1 optical flow: total variation prior, absolute data term, warps on a pyramid.
 
 mod bicubic;
+mod config;
 mod median;
 mod solver;
 mod warping;
 
 use crate::blank::is_blank;
 use crate::derivatives::sobel_into;
-use crate::error::{Error, positive, same_size};
+use crate::error::{Error, same_size};
+use crate::noise::measured_noise;
 use crate::{FlowField, Result};
+use config::Settings;
+pub use config::TvL1Config;
 use solver::{Weight, Workspace};
 use sphereflow_core::Plane;
 use warping::{halved, linearise_at, smoothed};
-
-/// Settings of [`TvL1Flow`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TvL1Config {
-    /// Weight alpha^2 of the data, per grey level.
-    pub lambda: f32,
-    /// 1/(2 beta^2): how freely the flow that fits the data may leave the smooth one. The smooth one then
-    /// sees a data term that is square for small residuals, so that noise is not fitted; zero is the
-    /// absolute value itself.
-    pub split: f32,
-    /// Linearisations per pyramid level.
-    pub warps: usize,
-    /// Primal-dual iterations per linearisation.
-    pub iterations: usize,
-    /// Pyramid levels, each half as large; fewer where the image gets smaller than 16 pixels.
-    pub levels: usize,
-    /// Radius of the median filter of the flow after each warp: 0 for none, else 1 or 2.
-    pub median_radius: usize,
-    /// Standard deviation of the Gaussian that smooths the images first, pixels; 0 for none.
-    pub presmooth_px: f32,
-}
-
-impl Default for TvL1Config {
-    /// For a pair of images without a start.
-    fn default() -> Self {
-        Self {
-            lambda: 0.25,
-            split: 0.2,
-            warps: 5,
-            iterations: 20,
-            levels: 5,
-            median_radius: 1,
-            presmooth_px: 0.5,
-        }
-    }
-}
-
-impl TvL1Config {
-    /// For a video, where each flow starts from the one before: one level, 3 warps of 20 iterations.
-    pub fn warm() -> Self {
-        Self {
-            warps: 3,
-            levels: 1,
-            ..Self::default()
-        }
-    }
-
-    fn check(&self) -> Result<()> {
-        positive("lambda", f64::from(self.lambda))?;
-        if !(0.0..=1e3).contains(&self.split) {
-            return Err(Error::value("split", "0 to 1000", self.split));
-        }
-        for (name, value) in [
-            ("warps", self.warps),
-            ("iterations", self.iterations),
-            ("levels", self.levels),
-        ] {
-            if value == 0 {
-                return Err(Error::value(name, "at least 1", value));
-            }
-        }
-        if self.median_radius > 2 {
-            return Err(Error::value(
-                "median_radius",
-                "0, 1 or 2",
-                self.median_radius,
-            ));
-        }
-        if !(0.0..=20.0).contains(&self.presmooth_px) {
-            return Err(Error::value(
-                "presmooth_px",
-                "0 to 20 pixels",
-                self.presmooth_px,
-            ));
-        }
-        Ok(())
-    }
-}
 
 /// Flow from `image0` to `image1` in pixels, of images of any size and any brightness scale.
 ///
@@ -152,13 +78,19 @@ impl TvL1Flow {
         if is_blank(image0) || is_blank(image1) {
             return Ok(FlowField::unknown(width, height));
         }
-        let pyramid = self.pyramid(image0, image1);
+        let squares = [image0, image1].map(|image| measured_noise(image).powi(2));
+        let settings = self
+            .config
+            .settings((0.5 * (squares[0] + squares[1])).sqrt());
+        let pyramid = self.pyramid(image0, image1, settings);
         self.fit_workspaces(&pyramid, start.is_some());
         let coarsest = pyramid[pyramid.len() - 1].0.size();
         let mut flow = match start {
+            Some(start) if coarsest == (width, height) => start.as_start(),
             Some(start) => start.as_start().resized(coarsest.0, coarsest.1),
             None => FlowField::zero(coarsest.0, coarsest.1),
         };
+        let weight = Weight::new(settings.lambda, settings.split);
         for ((from, to), work) in pyramid.iter().zip(&mut self.levels).rev() {
             if flow.size() != from.size() {
                 flow = flow.resized(from.width(), from.height());
@@ -166,22 +98,23 @@ impl TvL1Flow {
             let [slope_x, slope_y] = &mut work.slopes;
             sobel_into(from, slope_x, slope_y);
             for _ in 0..self.config.warps {
-                linearise_at(work, from, to, &flow);
-                work.solve(
-                    &mut flow,
-                    Weight::new(self.config.lambda, self.config.split),
-                    self.config.iterations,
-                );
-                work.clean(&mut flow, self.config.median_radius);
+                linearise_at(work, from, to, &flow, weight);
+                let (iterations, radius) = (self.config.iterations, self.config.median_radius);
+                work.solve(&mut flow, weight, iterations, radius);
             }
         }
         Ok(flow)
     }
 
-    fn pyramid(&self, image0: &Plane<f32>, image1: &Plane<f32>) -> Vec<(Plane<f32>, Plane<f32>)> {
+    fn pyramid(
+        &self,
+        image0: &Plane<f32>,
+        image1: &Plane<f32>,
+        settings: Settings,
+    ) -> Vec<(Plane<f32>, Plane<f32>)> {
         /// Below this size a level has no content left.
         const LEAST: usize = 16;
-        let sigma = self.config.presmooth_px;
+        let sigma = settings.presmooth_px;
         let mut levels = vec![(smoothed(image0, sigma), smoothed(image1, sigma))];
         while levels.len() < self.config.levels {
             let (a, b) = &levels[levels.len() - 1];

@@ -1,9 +1,10 @@
 //! What goes on between the linearisations: warped images, smaller images, median filters.
 
 use super::bicubic::{Bicubic, TOGETHER};
-use super::solver::{Workspace, linearise};
+use super::solver::{Weight, Workspace, linearise};
 use crate::FlowField;
 use crate::gaussian::Gaussian;
+use crate::padded::Padded;
 use nalgebra::Vector2;
 use rayon::prelude::*;
 use sphereflow_core::Plane;
@@ -15,26 +16,26 @@ pub(super) fn linearise_at(
     from: &Plane<f32>,
     to: &Plane<f32>,
     flow: &FlowField,
+    weight: Weight,
 ) {
-    let width = from.width();
     let linear = &mut work.linear;
-    linear.resize(from.data().len());
     let [own_x, own_y] = &work.slopes;
     let arch = pulp::Arch::new();
-    let rows = linear.offset.par_chunks_mut(width);
-    let rows = rows.zip(linear.slope_x.par_chunks_mut(width));
-    let rows = rows.zip(linear.slope_y.par_chunks_mut(width));
-    let rows = rows.zip(linear.per_square.par_chunks_mut(width));
-    rows.enumerate()
-        .for_each(|(y, (((offset, gx), gy), per_square))| {
+    let rows = linear.offset.rows_mut().zip(linear.slope_x.rows_mut());
+    let others = linear.slope_y.rows_mut().zip(linear.per_square.rows_mut());
+    rows.zip(others)
+        .enumerate()
+        .for_each(|(y, ((offset, gx), (gy, per_square)))| {
             let own = [from.row(y), own_x.row(y), own_y.row(y)];
             let flow = [flow.u.row(y), flow.v.row(y)];
             let out = [offset, gx, gy, per_square];
+            let out = out.map(|row| &mut row[Padded::PIXELS..][..from.width()]);
             arch.dispatch(LineariseRow {
                 to,
                 y,
                 own,
                 flow,
+                share: weight.share,
                 out,
             });
         });
@@ -46,6 +47,7 @@ struct LineariseRow<'a> {
     y: usize,
     own: [&'a [f32]; 3],
     flow: [&'a [f32]; 2],
+    share: f32,
     out: [&'a mut [f32]; 4],
 }
 
@@ -54,7 +56,7 @@ impl pulp::WithSimd for LineariseRow<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        linearise_row(self.to, self.y, self.own, self.flow, self.out);
+        linearise_row(self.to, self.y, self.own, self.flow, self.share, self.out);
     }
 }
 
@@ -64,6 +66,7 @@ fn linearise_row(
     y: usize,
     own: [&[f32]; 3],
     flow: [&[f32]; 2],
+    share: f32,
     out: [&mut [f32]; 4],
 ) {
     let width = to.width();
@@ -85,7 +88,7 @@ fn linearise_row(
         for i in 0..count {
             let warped = [value[i], warped_x[i], warped_y[i]];
             let own = [own[0][i], own[1][i], own[2][i]];
-            let new = linearise(warped, own, [flow[0][i], flow[1][i]]);
+            let new = linearise(warped, own, [flow[0][i], flow[1][i]], share);
             [offset[i], slope_x[i], slope_y[i], per_square[i]] = new;
         }
     }

@@ -1,0 +1,173 @@
+//! An image with a rim all around, whose rows are whole vectors: sweeps need no special border pixels.
+
+use pulp::Simd;
+use rayon::prelude::*;
+use sphereflow_core::Plane;
+
+/// Columns of the widest vector; rows are as many of them as cover the image.
+pub(crate) const LANES: usize = 16;
+
+/// A plane of `width x height` pixels with [`LANES`] columns of rim left and right of whole vectors, and a
+/// row of rim above and below. New rims are zero.
+#[derive(Clone, Debug)]
+pub(crate) struct Padded {
+    data: Vec<f32>,
+    width: usize,
+    height: usize,
+    stride: usize,
+}
+
+impl Padded {
+    /// Where the pixels begin in what [`Padded::rows_mut`] gives.
+    pub const PIXELS: usize = LANES;
+
+    pub fn zero((width, height): (usize, usize)) -> Self {
+        let stride = width.next_multiple_of(LANES) + 2 * LANES;
+        Self {
+            data: vec![0.0; stride * (height + 2)],
+            width,
+            height,
+            stride,
+        }
+    }
+
+    #[cfg(test)]
+    pub fn of(plane: &Plane<f32>) -> Self {
+        let mut padded = Self::zero(plane.size());
+        padded.load(plane);
+        padded
+    }
+
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Columns in whole vectors.
+    pub fn columns(&self) -> usize {
+        self.stride - 2 * LANES
+    }
+
+    /// `count` pixels from column `x` of row `y`, shifted by columns and rows, at most one each.
+    #[inline(always)]
+    pub fn span(&self, x: usize, y: usize, count: usize, shift: [isize; 2]) -> &[f32] {
+        let start = self.start(x, y);
+        let start = start.wrapping_add_signed(shift[0] + shift[1] * self.stride as isize);
+        &self.data[start..][..count]
+    }
+
+    #[inline(always)]
+    pub fn span_mut(&mut self, x: usize, y: usize, count: usize) -> &mut [f32] {
+        let start = self.start(x, y);
+        &mut self.data[start..][..count]
+    }
+
+    /// As [`Padded::span`], in vectors; `count` is whole vectors.
+    #[inline(always)]
+    pub fn vectors<S: Simd>(
+        &self,
+        x: usize,
+        y: usize,
+        count: usize,
+        shift: [isize; 2],
+    ) -> &[S::f32s] {
+        &S::as_simd_f32s(self.span(x, y, count, shift)).0[..count / S::F32_LANES]
+    }
+
+    /// As [`Padded::span_mut`], in vectors.
+    #[inline(always)]
+    pub fn vectors_mut<S: Simd>(&mut self, x: usize, y: usize, count: usize) -> &mut [S::f32s] {
+        &mut S::as_mut_simd_f32s(self.span_mut(x, y, count)).0[..count / S::F32_LANES]
+    }
+
+    #[inline(always)]
+    fn start(&self, x: usize, y: usize) -> usize {
+        (y + 1) * self.stride + LANES + x
+    }
+
+    pub fn row(&self, y: usize) -> &[f32] {
+        self.span(0, y, self.width, [0, 0])
+    }
+
+    pub fn row_mut(&mut self, y: usize) -> &mut [f32] {
+        let width = self.width;
+        self.span_mut(0, y, width)
+    }
+
+    /// All rows, rims aside, for several threads; of each the pixels are [`Padded::PIXELS`] and on.
+    pub fn rows_mut(&mut self) -> rayon::slice::ChunksExactMut<'_, f32> {
+        let stride = self.stride;
+        self.data[stride..stride * (self.height + 1)].par_chunks_exact_mut(stride)
+    }
+
+    /// The pixels of a plane of the same size; the rims stay.
+    pub fn load(&mut self, plane: &Plane<f32>) {
+        for y in 0..self.height {
+            self.row_mut(y).copy_from_slice(plane.row(y));
+        }
+    }
+
+    /// As [`Padded::load`], with zero for what is not finite.
+    pub fn load_known(&mut self, plane: &Plane<f32>) {
+        self.load(plane);
+        for value in self.data.iter_mut().filter(|value| !value.is_finite()) {
+            *value = 0.0;
+        }
+    }
+
+    /// The pixels into a plane of the same size.
+    pub fn store(&self, plane: &mut Plane<f32>) {
+        let rows = plane.data_mut().chunks_exact_mut(self.width);
+        for (y, out) in rows.enumerate() {
+            out.copy_from_slice(self.row(y));
+        }
+    }
+
+    /// The pixels alone, without another allocation.
+    pub fn into_plane(mut self) -> Plane<f32> {
+        let first = self.start(0, 0);
+        for y in 0..self.height {
+            let start = first + y * self.stride;
+            self.data
+                .copy_within(start..start + self.width, y * self.width);
+        }
+        self.data.truncate(self.width * self.height);
+        let mut plane = Plane::filled(0, 0, 0.0);
+        if let Ok(whole) = Plane::from_vec(self.width, self.height, self.data) {
+            plane = whole;
+        }
+        plane
+    }
+
+    /// Continues row `y` by its last pixel to the right, and, if asked for, by its first to the left.
+    #[inline(always)]
+    pub fn continue_row(&mut self, y: usize, [left, right]: [bool; 2]) {
+        let start = self.start(0, y);
+        if left {
+            self.data[start - 1] = self.data[start];
+        }
+        if right {
+            self.data[start + self.width] = self.data[start + self.width - 1];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn padded_gives_back_its_plane_and_shifts_into_its_rim() {
+        let plane = Plane::from_fn(19, 5, |x, y| (x + 100 * y) as f32 + 1.0);
+        let mut padded = Padded::of(&plane);
+        assert_eq!((padded.size(), padded.columns()), ((19, 5), 32));
+        let mut back = Plane::filled(19, 5, 0.0);
+        padded.store(&mut back);
+        assert_eq!(back, plane);
+        assert_eq!(padded.span(3, 2, 2, [1, -1]), [105.0, 106.0]);
+        assert_eq!(padded.span(0, 0, 1, [-1, -1]), [0.0]);
+        assert_eq!(padded.span(0, 4, 19, [0, 1]), [0.0; 19]);
+        padded.continue_row(4, [true, true]);
+        assert_eq!(padded.span(0, 4, 1, [-1, 0]), [401.0]);
+        assert_eq!(padded.span(18, 4, 1, [1, 0]), [419.0]);
+    }
+}
