@@ -146,7 +146,7 @@ impl Maps {
     pub fn write(&self, folder: &Path, name: &str) -> Fallible<String> {
         std::fs::create_dir_all(folder)?;
         for (t_s, picture) in &self.pictures {
-            let plain = name.replace([' ', ',', '%'], "_");
+            let plain = name.replace([' ', ',', '%', '/'], "_");
             picture.save(folder.join(format!("{plain}_{t_s:.2}s.png")))?;
         }
         let all = self.frames * (self.width * self.height) as f64;

@@ -10,6 +10,7 @@ mod config;
 mod contest;
 mod edges;
 mod gain;
+mod impulses;
 mod lattice;
 mod lens;
 mod motion;

@@ -54,7 +54,8 @@ pub(super) fn past_rows(samples: &[Sample], rows: &[f32], height: usize) -> Vec<
     let Some(found) = found else {
         return Vec::new();
     };
-    if explained_share(samples, rows, &found, height) < LEAST_SHARE {
+    // Where the new image's rows alone explain more, the past image's have nothing to say.
+    if explained_share(samples, rows, &found, height) < 0.0 {
         return Vec::new();
     }
     let gain = |y: usize| {
@@ -66,11 +67,7 @@ pub(super) fn past_rows(samples: &[Sample], rows: &[f32], height: usize) -> Vec<
 
 const KNOTS: usize = PIECES + 1;
 
-/// Share of the variance that is left by the new image's rows which the past image's rows must explain: where
-/// places are in error, so much of it looks like rows by chance.
-const LEAST_SHARE: f64 = 0.1;
-
-/// That share.
+/// Share of the variance left by the new image's rows alone that the past image's rows explain besides.
 fn explained_share(samples: &[Sample], rows: &[f32], found: &DVector<f64>, height: usize) -> f64 {
     let (mut alone, mut both) = (0.0, 0.0);
     for sample in samples {
