@@ -97,16 +97,15 @@ impl pulp::WithSimd for EdgesOfRow<'_> {
         let (width, first) = (self.width, self.y * self.width + REACH);
         let count = width.saturating_sub(2 * REACH);
         let row = |start: usize| &self.zeta[start..][..count];
-        let around = |r: usize| [first - r, first + r, first - r * width, first + r * width];
-        let near = around(NEAR).map(row);
-        let far = around(REACH).map(row);
+        let across = [NEAR, REACH, NEAR * width, REACH * width];
+        let sides = across.map(|r| [row(first - r), row(first + r)]);
         let own = row(first);
         let mut beside = vec![false; count];
         for (i, beside) in beside[..count].iter_mut().enumerate() {
             let mut most = 0.0_f32;
-            for other in near.iter().chain(&far) {
-                let off = (other[i] - own[i]).abs();
-                most = if off > most { off } else { most };
+            for [before, after] in &sides {
+                let bend = (before[i] + after[i] - 2.0 * own[i]).abs();
+                most = if bend > most { bend } else { most };
             }
             *beside = most > EDGE * own[i];
         }
@@ -122,19 +121,19 @@ fn other_surface(
     (x, y): (usize, usize),
 ) -> Option<f32> {
     let own = nodes[y * width + x][0];
-    let around = |r: usize| {
-        [
-            (x.saturating_sub(r), y),
-            ((x + r).min(width - 1), y),
-            (x, y.saturating_sub(r)),
-            (x, (y + r).min(height - 1)),
-        ]
-    };
+    let at = |x: usize, y: usize| nodes[y * width + x][0];
     let mut other = own;
-    for (x, y) in around(NEAR).into_iter().chain(around(REACH)) {
-        let zeta = nodes[y * width + x][0];
-        if (zeta - own).abs() > (other - own).abs() {
-            other = zeta;
+    for r in [NEAR, REACH] {
+        let (left, right) = (x.saturating_sub(r), (x + r).min(width - 1));
+        let (up, down) = (y.saturating_sub(r), (y + r).min(height - 1));
+        for [before, after] in [[at(left, y), at(right, y)], [at(x, up), at(x, down)]] {
+            // A slope is no edge.
+            if (before + after - 2.0 * own).abs() > EDGE * own {
+                for zeta in [before, after] {
+                    let farther = (zeta - own).abs() > (other - own).abs();
+                    other = if farther { zeta } else { other };
+                }
+            }
         }
     }
     let differs = (other - own).abs() > EDGE * own.max(other);
