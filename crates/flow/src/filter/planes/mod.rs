@@ -124,3 +124,84 @@ impl Planes {
         });
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
+mod tests {
+    use super::*;
+    use sphereflow_sphere::Camera;
+
+    const WIDTH: usize = 96;
+    const HEIGHT: usize = 64;
+    const ROUGHNESS: f64 = 0.034 / 100.0;
+    /// Share of a pixel's nominal variance that is noise: any.
+    const NOISE: f64 = 0.2;
+    /// What smoothing may move a pixel by that lies on a plane with its neighbours, as a share of its zeta: no more
+    /// than one and a half of its deviations. The other surface is 60 % off.
+    const STAYS: f32 = 0.015;
+
+    fn lattice() -> Lattice {
+        let (cx, cy) = (0.5 * (WIDTH - 1) as f64, 0.5 * (HEIGHT - 1) as f64);
+        Lattice::new(&Camera::pinhole(100.0, 100.0, cx, cy, WIDTH, HEIGHT).unwrap()).unwrap()
+    }
+
+    /// Nodes that are known to a hundredth, of a zeta by place.
+    fn nodes(zeta: impl Fn(usize, usize) -> f32) -> Vec<Node> {
+        let node = |i: usize| {
+            let zeta = zeta(i % WIDTH, i / WIDTH);
+            let variance = (0.01 * zeta).powi(2);
+            [zeta, 0.0, 1.0 / variance, variance]
+        };
+        (0..WIDTH * HEIGHT).map(node).collect()
+    }
+
+    #[test]
+    fn surfaces_before_one_another_do_not_draw_each_other_wherever_the_edge_is() {
+        let lattice = lattice();
+        for edge in 46..50 {
+            let zeta = |x: usize, y: usize| match x < edge {
+                true => 0.8,
+                // A slanted wall behind.
+                false => 0.5 + 0.001 * (x as f32 - 48.0) - 0.0005 * (y as f32 - 32.0),
+            };
+            let mut state = nodes(zeta);
+            let mut planes = Planes::new(&lattice, ROUGHNESS, 20.0);
+            planes.smooth(&lattice, &mut state, NOISE);
+            for (i, node) in state.iter().enumerate() {
+                let expected = zeta(i % WIDTH, i / WIDTH);
+                assert!(
+                    (node[0] - expected).abs() < STAYS * expected,
+                    "column {} of an edge at {edge}: {} for {expected}",
+                    i % WIDTH,
+                    node[0]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_pixel_that_knows_nothing_takes_the_plane_of_its_cell() {
+        let lattice = lattice();
+        let wall = |x: usize, _: usize| 0.5 + 0.001 * x as f32;
+        let mut state = nodes(wall);
+        let lost = 30 * WIDTH + 41;
+        state[lost] = [0.2, 0.0, 1e-3, 1.0];
+        Planes::new(&lattice, ROUGHNESS, 20.0).smooth(&lattice, &mut state, NOISE);
+        assert!((state[lost][0] - wall(41, 30)).abs() < STAYS);
+    }
+
+    #[test]
+    fn what_is_known_of_one_side_is_continued_without_a_cliff() {
+        let lattice = lattice();
+        // A steep ramp of poor pixels at the left; nothing is known of the right half.
+        let mut state = nodes(|x, _| 0.6 - 0.01 * (x.min(20) as f32));
+        for (i, node) in state.iter_mut().enumerate() {
+            if i % WIDTH > 20 {
+                node[2] = 0.0;
+            }
+        }
+        Planes::new(&lattice, ROUGHNESS, 20.0).smooth(&lattice, &mut state, NOISE);
+        let right = state[32 * WIDTH + WIDTH - 1][0];
+        assert!(right > 0.05, "{right}");
+    }
+}
