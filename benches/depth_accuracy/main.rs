@@ -1,9 +1,10 @@
 //! What the depth filter is off by, everywhere it is asked: `cargo run --release -p sphereflow-benches
 //! --example depth_accuracy -- [part of a name]... [--binning N] [--seconds S]
-//! [--seed N] [--constant-light] [--sigma S] [--maps FOLDER]`.
+//! [--seed N] [--constant-light] [--sigma S] [--hand-held SEED] [--maps FOLDER]`.
 //!
 //! Thesis: section 4.1.1. Every case at 640x480 (or 1024x512 for the whole sphere), 60 Hz, 4 s, the
-//! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread. `--maps` draws where errors are,
+//! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread. `--hand-held` lets the
+//! camera move otherwise in every case; `--maps` draws where errors are,
 //! and tells what share of them lies how far from the scene's depth edges.
 
 mod cases;
@@ -19,7 +20,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use sphereflow_core::{Plane, Stamp};
 use sphereflow_flow::{Brightness, DepthFilter, DepthFilterConfig, DepthStep, VelocityNoise};
-use sphereflow_sim::Renderer;
+use sphereflow_sim::{Motion, Renderer};
 use std::time::Instant;
 
 const RATE_HZ: f64 = 60.0;
@@ -30,7 +31,7 @@ fn main() -> Fallible<()> {
     let mut config = DepthFilterConfig::default();
     let mut seconds = 4.0;
     let mut seed = 1;
-    let (mut folder, mut sigma) = (None, None);
+    let (mut folder, mut sigma, mut hand) = (None, None, None);
     let mut names = Vec::new();
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
@@ -41,6 +42,7 @@ fn main() -> Fallible<()> {
             "--constant-light" => config.brightness = Brightness::Constant,
             "--seed" => seed = value()?.parse()?,
             "--sigma" => sigma = Some(value()?.parse()?),
+            "--hand-held" => hand = Some(value()?.parse()?),
             "--maps" => folder = Some(std::path::PathBuf::from(value()?)),
             _ => names.push(argument),
         }
@@ -48,6 +50,7 @@ fn main() -> Fallible<()> {
     println!("{}", Figures::HEADER);
     for mut case in cases()? {
         case.sigma = sigma.unwrap_or(case.sigma);
+        case.motion = hand.map_or(case.motion, Motion::hand_held);
         if names.is_empty() || names.iter().any(|name| case.name.contains(name.as_str())) {
             let mut maps = folder.as_ref().map(|_| Maps::new(&case.camera));
             let figures = run(&case, &config, (seconds, seed), &mut maps)?;
