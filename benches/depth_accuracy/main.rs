@@ -49,7 +49,10 @@ fn main() -> Fallible<()> {
     }
     println!("{}", Figures::HEADER);
     for mut case in cases()? {
-        case.sigma = sigma.unwrap_or(case.sigma);
+        if let Some(sigma) = sigma {
+            let [was, is] = [case.sigma, sigma].map(|sigma| format!("sigma {sigma}"));
+            (case.name, case.sigma) = (case.name.replace(&was, &is), sigma);
+        }
         case.motion = hand.map_or(case.motion, Motion::hand_held);
         if names.is_empty() || names.iter().any(|name| case.name.contains(name.as_str())) {
             let mut maps = folder.as_ref().map(|_| Maps::new(&case.camera));

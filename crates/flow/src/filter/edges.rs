@@ -1,16 +1,11 @@
 //! Beside a depth edge a pixel may belong to the other surface: what that adds to its variance.
 
 use super::lattice::Lattice;
+use super::planes::{CELL, SLOPE_PER_RAD};
 use super::state::Node;
-
-/// Pixels to a side of a cell.
-const CELL: usize = 4;
 
 /// Cells to each side in which another surface is looked for: as far as planes reach across an edge.
 const REACH: usize = 2;
-
-/// A surface whose zeta changes by less than this share per radian is a slope and no edge.
-const SLOPE_PER_RAD: f32 = 2.75;
 
 /// Share of the pixels beside an edge that are on its wrong side, as seen on simulated rooms
 /// (`depth_accuracy`).

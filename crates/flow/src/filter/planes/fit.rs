@@ -76,3 +76,26 @@ fn no_cliff(plane: &Vector3<f64>, weighted_rays: &Vector3<f64>) -> Vector3<f64> 
         false => *plane,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Double precision.
+    const ROUNDING: f64 = 1e-12;
+
+    #[test]
+    fn no_cliff_keeps_gentle_planes_and_turns_steep_ones_about_the_middle() {
+        let middle = Vector3::new(0.1, -0.2, 1.0).normalize();
+        let gentle = Vector3::new(0.3, 0.2, 0.5);
+        assert!((no_cliff(&gentle, &(3.0 * middle)) - gentle).norm() < ROUNDING);
+        let steep = Vector3::new(4.0, -1.0, 0.5);
+        let turned = no_cliff(&steep, &(3.0 * middle));
+        let along = steep.dot(&middle);
+        assert!((turned.dot(&middle) - along).abs() < ROUNDING);
+        let across = (turned - middle * along).norm();
+        assert!(
+            (across - f64::from(crate::filter::planes::SLOPE_PER_RAD) * along.abs()).abs() < 1e-9
+        );
+    }
+}
