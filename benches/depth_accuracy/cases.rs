@@ -3,7 +3,7 @@
 use crate::Fallible;
 use nalgebra::Vector3;
 use sphereflow_core::Pose;
-use sphereflow_flow::VelocityNoise;
+use sphereflow_flow::{PoseNoise, VelocityNoise};
 use sphereflow_sim::scene::{Block, Primitive, Texture};
 use sphereflow_sim::{Motion, Scene, SimConfig};
 use sphereflow_sphere::Camera;
@@ -18,6 +18,10 @@ pub enum Drive {
     Poses,
     /// Velocities with this noise.
     Velocities(VelocityNoise),
+    /// Poses with errors that fade within a tenth of a second, of this size, which the filter is told.
+    NoisyPoses(PoseNoise),
+    /// Poses of another clock, late by so many seconds; the filter is told 2 mm and 2 mrad.
+    Late(f64),
 }
 
 /// A sequence.
@@ -153,6 +157,24 @@ fn other_motions() -> Fallible<Vec<Case>> {
     ] {
         let mut case = Case::new(name, room(), path(), 10.0)?;
         (case.drive, case.asked) = (Drive::Velocities(noise), (f64::INFINITY, f64::INFINITY));
+        all.push(case);
+    }
+    for (position_m, rotation_rad) in [(0.002, 0.002), (0.005, 0.005)] {
+        let noise = PoseNoise {
+            position_m,
+            rotation_rad,
+        };
+        for (scene, kind) in [(room(), "room"), (Scene::furnished_room(1), "furnished 1")] {
+            let name = format!("{kind}, pose errors of {position_m} m, {rotation_rad} rad");
+            let mut case = Case::new(&name, scene, Motion::hand_held(7), 3.0)?;
+            (case.drive, case.asked) = (Drive::NoisyPoses(noise), (f64::INFINITY, f64::INFINITY));
+            all.push(case);
+        }
+    }
+    for late_s in [0.005, 0.015] {
+        let name = format!("furnished 1, poses late by {late_s} s");
+        let mut case = Case::new(&name, Scene::furnished_room(1), Motion::hand_held(7), 3.0)?;
+        (case.drive, case.asked) = (Drive::Late(late_s), (f64::INFINITY, f64::INFINITY));
         all.push(case);
     }
     let mut case = Case::new("pure rotation after 1.5 s", room(), path(), 10.0)?;

@@ -14,12 +14,14 @@ mod maps;
 use cases::{Case, Drive, cases};
 use figures::{Figures, Judge};
 use maps::Maps;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use sphereflow_core::{Plane, Stamp};
-use sphereflow_flow::{Brightness, DepthFilter, DepthFilterConfig, DepthStep, VelocityNoise};
+use sphereflow_core::{Plane, Pose, Stamp};
+use sphereflow_flow::{
+    Brightness, DepthFilter, DepthFilterConfig, DepthStep, PoseNoise, VelocityNoise,
+};
 use sphereflow_sim::{Motion, Renderer};
 use std::time::Instant;
 
@@ -78,6 +80,7 @@ fn run(
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut judge = Judge::new(&case.camera);
     let (mut range, mut std) = filter.range();
+    let mut errors = PoseErrors::default();
     for index in 0..=(seconds * RATE_HZ).round() as usize {
         let t_s = index as f64 / RATE_HZ;
         let pose = case.pose(t_s);
@@ -89,6 +92,15 @@ fn run(
             Drive::Poses => filter.step(&image, &pose, Stamp::from_ns((t_s * 1e9) as i64))?,
             Drive::Velocities(noise) => {
                 noisy_step(&mut filter, case, t_s, &image, noise, &mut rng)?
+            }
+            Drive::NoisyPoses(noise) => {
+                errors.advance(noise, &mut rng);
+                let stamp = Stamp::from_ns((t_s * 1e9) as i64);
+                filter.step_with_noise(&image, &errors.of(&pose), noise, stamp)?
+            }
+            Drive::Late(late_s) => {
+                let stamp = Stamp::from_ns((t_s * 1e9) as i64);
+                filter.step_with_noise(&image, &case.pose(t_s - late_s), TOLD, stamp)?
             }
         };
         judge.spent(begun.elapsed());
@@ -102,6 +114,50 @@ fn run(
         }
     }
     Ok(judge.figures())
+}
+
+/// What the filter is told of poses whose clock is off: the defaults of `sphereflow depth`.
+const TOLD: PoseNoise = PoseNoise {
+    rotation_rad: 0.002,
+    position_m: 0.002,
+};
+
+/// Errors of poses that fade within a tenth of a second, as those of trackers do.
+#[derive(Default)]
+struct PoseErrors {
+    rotation: Vector3<f64>,
+    place: Vector3<f64>,
+    begun: bool,
+}
+
+impl PoseErrors {
+    fn advance(&mut self, noise: PoseNoise, rng: &mut ChaCha8Rng) {
+        /// Within this the errors fade to 1/e.
+        const FADES_S: f64 = 0.1;
+        let keeps = if self.begun {
+            (-1.0 / (RATE_HZ * FADES_S)).exp()
+        } else {
+            0.0
+        };
+        let fresh = (1.0 - keeps * keeps).sqrt();
+        let mut draw = |was: Vector3<f64>, sigma: f64| {
+            was * keeps
+                + Vector3::from_fn(|_, _| {
+                    let value: f64 = StandardNormal.sample(rng);
+                    fresh * sigma * value
+                })
+        };
+        self.rotation = draw(self.rotation, noise.rotation_rad);
+        self.place = draw(self.place, noise.position_m);
+        self.begun = true;
+    }
+
+    fn of(&self, pose: &Pose) -> Pose {
+        let mut pose = *pose;
+        pose.translation += self.place;
+        pose.rotation *= UnitQuaternion::from_scaled_axis(self.rotation);
+        pose
+    }
 }
 
 /// Light, noise and impulses.

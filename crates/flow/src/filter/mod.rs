@@ -19,9 +19,9 @@ mod planes;
 mod predict;
 mod prepare;
 mod rolling;
+mod slip;
 mod state;
 mod steps;
-mod turn;
 mod update;
 
 pub use config::{Brightness, DepthFilterConfig};

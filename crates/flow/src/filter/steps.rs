@@ -4,29 +4,29 @@ use super::contest::Contest;
 use super::gain::{Light, MeasureGain};
 use super::predict::{Predict, Step};
 use super::prepare::Prepared;
+use super::slip::{Known, MeasureSlip};
 use super::state::{Drift, Node, Past};
-use super::turn::MeasureTurn;
 use super::update::{Pair, Update, fade};
 use super::{Brightness, DepthFilter, DepthStep};
 use crate::{DepthReason, DepthStatus};
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Rotation3;
 use sphereflow_core::{Plane, Pose};
 
 /// An image with less of its pixels textured, or known, says nothing.
 const LEAST_SHARE: f32 = 0.02;
 
-/// Updates after which the state says well enough where pixels are to measure the rotation by.
+/// Updates after which the state says well enough where pixels are to tell whether exact poses are not.
 const SETTLED: usize = 10;
 
-/// Corrections of a rotation, each by one linearisation, at most.
-const TURNS: usize = 3;
+/// Corrections of a step, each by one linearisation, at most.
+const MENDS: usize = 3;
 
-/// A rotation is off where its squared error over the predicted variance (of three numbers) is above this:
-/// with exact poses states in error lead to 30, seldom 90.
-const CLEAR: f64 = 100.0;
+/// A rotation that is told to be exact is off where its squared error over the predicted variance (of three numbers)
+/// is above this: where it is exact, states in error lead to 40 in one pair of a thousand.
+const CLEAR: f64 = 60.0;
 
-/// Smaller rotations, pixels of the filter in the middle of the image, are left to the state's errors.
-const LEAST_TURN_PX: f64 = 0.05;
+/// Smaller slips, pixels of the filter in the middle of the image, are left to the state's errors.
+const LEAST_SLIP_PX: f64 = 0.05;
 
 /// Share of the frames' rotation errors that a new one changes the measure of them by.
 const TURN_MEMORY: f32 = 0.1;
@@ -34,8 +34,7 @@ const TURN_MEMORY: f32 = 0.1;
 /// Likewise for what that means for all ranges.
 const SHARED_MEMORY: f64 = 0.03;
 
-/// Share of the variance of the measured rotations that is taken to stay after correction: that of
-/// places off by as much acts on near and far pixels in different ways.
+/// Share of the variance of the measured rotations, and of the told one, that is taken to stay after correction.
 const LEFT: f32 = 0.1;
 
 /// Parallax below which a pair of images says nothing, pixels of the filter.
@@ -153,25 +152,33 @@ impl DepthFilter {
         }
     }
 
-    /// Puts the rotation right where it is clearly off. Returns the variance per axis of what was, rad^2.
-    fn turn(&self, pair: &mut Pair<'_>, nodes: &[Node]) -> f32 {
-        if self.updates < SETTLED {
+    /// Puts a pair's step right: by as much as poses are told to be off, or, where they are told to be exact, by
+    /// a rotation that is clear. Returns the variance per axis of the rotation that was missing, rad^2.
+    fn mend(&self, pair: &mut Pair<'_>, nodes: &[Node], depth_m: f64) -> f32 {
+        let mut known = Known::of(pair, 1.0 / depth_m);
+        let focal_px = f64::from(self.lattice.focal_px);
+        if !known.told && self.updates < SETTLED {
             return 0.0;
         }
-        let mut total = Vector3::zeros();
-        for _ in 0..TURNS {
-            let turn = self.lattice.lens.with(MeasureTurn { pair, nodes });
-            let turned_px = turn.angle.norm() * f64::from(self.lattice.focal_px);
-            if turn.chi < CLEAR || turned_px < LEAST_TURN_PX {
+        let mut left = None;
+        for _ in 0..MENDS {
+            let slip = self.lattice.lens.with(MeasureSlip { pair, nodes, known });
+            let size_px = focal_px * slip.rotation().norm().max(slip.place().norm() / depth_m);
+            if size_px < LEAST_SLIP_PX || (!known.told && slip.chi < CLEAR) {
                 break;
             }
-            total += turn.angle;
-            let rotation = Rotation3::new(turn.angle.cast::<f32>());
+            known.mend(&slip);
+            left = Some(slip.left);
+            let rotation = Rotation3::new(slip.rotation().cast::<f32>());
             pair.step.rotation = rotation.matrix() * pair.step.rotation;
-            pair.step.translation = rotation * pair.step.translation;
+            pair.step.translation = rotation * pair.step.translation + slip.place().cast::<f32>();
+        }
+        if let (true, Some([rotation, place])) = (known.told, left) {
+            pair.drift.rotation = rotation as f32 + LEFT * pair.drift.rotation;
+            pair.drift.translation = place as f32 + LEFT * pair.drift.translation;
         }
         pair.drift.rotation += LEFT * self.turn_variance;
-        total.norm_squared() as f32 / 3.0
+        known.turned() as f32
     }
 
     /// Brightness of an image against a past one.
@@ -226,7 +233,7 @@ impl DepthFilter {
             let mut pair = self.pair(prepared, of.past);
             pair.past = of.lit.as_ref().unwrap_or(pair.past);
             pair.gain.clone_from(&of.gain);
-            turns += self.turn(&mut pair, &nodes);
+            turns += self.mend(&mut pair, &nodes, depth_m);
             longest_m = longest_m.max(of.distance_m);
             scale = scale.max(Self::scale_per_frame(
                 of.distance_m,
