@@ -11,10 +11,18 @@ const REACH: usize = 2;
 /// (`depth_accuracy`).
 const WRONG: f32 = 0.7;
 
+/// Share of the bend of zeta over a cell by which planes cut it short, as seen on simulated rooms.
+const CUT: f32 = 0.3;
+
+/// Bend, as a share of zeta, that smooth surfaces and what noise leaves have as well.
+const SMOOTH: f32 = 0.002;
+
 /// Least and largest zeta around every cell.
 pub(super) struct Edges {
     width: usize,
     around: Vec<[f32; 2]>,
+    /// Variance by the bend of zeta, 1/m^2, of every cell.
+    bent: Vec<f32>,
     /// Share by which zeta changes on slopes, over the reach.
     slope: f32,
 }
@@ -49,19 +57,53 @@ impl Edges {
                 rows.fold(nothing, |a, y| join(a, &across[y * width + i % width]))
             })
             .collect();
+        let bent = bends(lattice, nodes, (width, height));
         let slope = SLOPE_PER_RAD * (REACH * CELL + CELL / 2) as f32 / lattice.focal_px;
         Self {
             width,
             around,
+            bent,
             slope,
         }
     }
 
     /// Variance of zeta, 1/m^2, at a pixel of the lattice.
-    #[inline]
+    #[inline(always)]
     pub fn variance(&self, zeta: f32, x: usize, y: usize) -> f32 {
-        let [least, most] = self.around[y / CELL * self.width + x / CELL];
+        let cell = y / CELL * self.width + x / CELL;
+        let [least, most] = self.around[cell];
         let off = (most - zeta).max(zeta - least) - self.slope * zeta;
-        if off > 0.0 { WRONG * off * off } else { 0.0 }
+        let edge = if off > 0.0 { WRONG * off * off } else { 0.0 };
+        edge.max(self.bent[cell])
     }
+}
+
+/// Variance by the bend of zeta over every cell: where walls meet, planes round the corner off.
+fn bends(lattice: &Lattice, nodes: &[Node], (width, height): (usize, usize)) -> Vec<f32> {
+    let mut sums = vec![[0.0_f32; 2]; width * height];
+    for (y, row) in nodes.chunks_exact(lattice.width).enumerate() {
+        let sums = &mut sums[y / CELL * width..][..width];
+        for (sum, nodes) in sums.iter_mut().zip(row.chunks(CELL)) {
+            nodes.iter().for_each(|node| sum[0] += node[0]);
+            sum[1] += nodes.len() as f32;
+        }
+    }
+    let zeta: Vec<f32> = sums.iter().map(|[sum, count]| sum / count).collect();
+    let bend = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let beside = |inner: bool, step: usize| match inner {
+            true => (zeta[i - step] + zeta[i + step] - 2.0 * zeta[i]).abs(),
+            false => 0.0,
+        };
+        let across = beside(x > 0 && x + 1 < width, 1);
+        let down = beside(y > 0 && y + 1 < height, width);
+        let over = across.max(down) - SMOOTH * zeta[i];
+        // Also false for NaN: a pixel without a ray has no zeta.
+        if over > 0.0 {
+            CUT * CUT * over * over
+        } else {
+            0.0
+        }
+    };
+    (0..width * height).map(bend).collect()
 }
