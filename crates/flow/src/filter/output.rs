@@ -60,10 +60,12 @@ impl Output {
                 let (top, bottom) = (top * lattice.width, bottom * lattice.width);
                 let length = &self.length[y * width..(y + 1) * width];
                 for (x, (left, right, s)) in columns.iter().enumerate() {
-                    let four = [top + left, top + right, bottom + left, bottom + right];
-                    let read = |k: usize| mix(four.map(|i| nodes[i][k]), *s, t);
+                    let [a, b] = [top + left, top + right];
+                    let [c, d] = [bottom + left, bottom + right];
+                    let read =
+                        |k: usize| mix([nodes[a][k], nodes[b][k], nodes[c][k], nodes[d][k]], *s, t);
                     // Extrapolation by a quarter of a pixel must not leave what is possible.
-                    let corner = nodes[top + left][0];
+                    let corner = nodes[a][0];
                     let (zeta, variance) = (read(0), read(3).max(0.0));
                     let zeta = if zeta < 0.5 * corner {
                         0.5 * corner
@@ -72,8 +74,8 @@ impl Output {
                     };
                     let metres = length[x] / zeta;
                     let square = zeta * zeta;
-                    let other = edges.variance(zeta, *left, row_cell)
-                        + mix(four.map(|i| doubts[i]), *s, t).max(0.0) * square;
+                    let against = mix([doubts[a], doubts[b], doubts[c], doubts[d]], *s, t);
+                    let other = edges.variance(zeta, *left, row_cell) + against.max(0.0) * square;
                     let deviation = scale.of(doubt.of_noise(variance, square), other, zeta);
                     let known = metres > 0.0 && metres.is_finite();
                     range[x] = if known { metres } else { f32::NAN };
