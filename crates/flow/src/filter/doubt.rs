@@ -34,7 +34,7 @@ const BY_NOISE: f32 = 0.02;
 const SLACK: f32 = 2.0;
 
 /// Relative deviation of a pixel that is taken for a part of the surface beside it, as of planes that are continued.
-const OTHER: f32 = 0.06;
+const OTHER: f32 = 0.04;
 
 impl Doubt {
     pub fn new(pixels: usize) -> Self {

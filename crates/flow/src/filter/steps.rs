@@ -255,7 +255,7 @@ impl DepthFilter {
                 trust: &mut trust,
                 views: doubt.views(),
                 lag: of.lag,
-                first: i == 0,
+                begins: i == 0,
             }));
         }
         drop(pairs);

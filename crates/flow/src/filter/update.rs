@@ -35,7 +35,7 @@ pub(super) struct Update<'a, 'b> {
     /// Frames to the past image.
     pub lag: usize,
     /// Whether no pair was before.
-    pub first: bool,
+    pub begins: bool,
 }
 
 /// What a pair's residuals are like.
@@ -89,7 +89,7 @@ impl LensCall<Tally> for Update<'_, '_> {
             trust,
             views,
             lag,
-            first,
+            begins,
         } = self;
         let (width, arch) = (pair.lattice.width, pulp::Arch::new());
         let rows: Vec<Tally> = nodes
@@ -107,7 +107,7 @@ impl LensCall<Tally> for Update<'_, '_> {
                     trust,
                     views: Views { since, gained },
                     lag: lag as f32,
-                    first,
+                    begins,
                 })
             })
             .collect();
@@ -129,7 +129,7 @@ struct UpdateRow<'a, 'b, L: Lens> {
     trust: &'a mut [f32],
     views: Views<'a>,
     lag: f32,
-    first: bool,
+    begins: bool,
 }
 
 impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
@@ -140,7 +140,7 @@ impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
         let mut tally = Tally::default();
         let mut first = self.y * self.pair.lattice.width;
         let judge = Judge::new(self.pair, self.y);
-        if self.first {
+        if self.begins {
             let before = self.views.gained.iter_mut().zip(&*self.row);
             before.for_each(|(gained, node)| *gained = node[2]);
         }
@@ -247,10 +247,10 @@ impl Seen {
         }
     }
 
-    /// Adds what the residuals say to the nodes, each by its weight. Whether they are `SAMPLED` as well is known to
+    /// Adds what the residuals say to the nodes, each by its weight. Whether they are measured as well is known to
     /// the compiler.
     #[inline(always)]
-    fn judge<const SAMPLED: bool>(
+    fn judge<const MEASURED: bool>(
         &self,
         judge: &Judge,
         new: &[[f32; 4]],
@@ -289,7 +289,7 @@ impl Seen {
             } else {
                 [0.0; 2]
             };
-            if SAMPLED {
+            if MEASURED {
                 // Outliers, which weigh less, say nothing of the noise.
                 let square = if size2 > reach2 { reach2 } else { size2 };
                 let relative = gained[i][1] * square / expected2;
@@ -303,7 +303,7 @@ impl Seen {
             node[1] -= gained[0];
             node[2] += gained[1];
         }
-        if SAMPLED {
+        if MEASURED {
             [tally.information, tally.misfit] = sums(&misfit);
         }
         tally
