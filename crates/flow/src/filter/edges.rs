@@ -11,10 +11,18 @@ const REACH: usize = 2;
 /// (`depth_accuracy`).
 const WRONG: f32 = 0.7;
 
+/// Share of the bend of zeta over a cell by which planes cut it short, as seen on simulated rooms.
+const CUT: f32 = 0.3;
+
+/// Bend, as a share of zeta, that smooth surfaces and what noise leaves have as well.
+const SMOOTH: f32 = 0.002;
+
 /// Least and largest zeta around every cell.
 pub(super) struct Edges {
     width: usize,
     around: Vec<[f32; 2]>,
+    /// Variance by the bend of zeta, 1/m^2, of every cell.
+    bent: Vec<f32>,
     /// Share by which zeta changes on slopes, over the reach.
     slope: f32,
 }
@@ -49,19 +57,107 @@ impl Edges {
                 rows.fold(nothing, |a, y| join(a, &across[y * width + i % width]))
             })
             .collect();
+        let bent = bends(lattice, nodes, (width, height));
         let slope = SLOPE_PER_RAD * (REACH * CELL + CELL / 2) as f32 / lattice.focal_px;
         Self {
             width,
             around,
+            bent,
             slope,
         }
     }
 
     /// Variance of zeta, 1/m^2, at a pixel of the lattice.
-    #[inline]
+    #[inline(always)]
     pub fn variance(&self, zeta: f32, x: usize, y: usize) -> f32 {
-        let [least, most] = self.around[y / CELL * self.width + x / CELL];
+        let cell = y / CELL * self.width + x / CELL;
+        let [least, most] = self.around[cell];
         let off = (most - zeta).max(zeta - least) - self.slope * zeta;
-        if off > 0.0 { WRONG * off * off } else { 0.0 }
+        let edge = if off > 0.0 { WRONG * off * off } else { 0.0 };
+        edge.max(self.bent[cell])
+    }
+}
+
+/// Variance by the bend of zeta over every cell: where walls meet, planes round the corner off.
+fn bends(lattice: &Lattice, nodes: &[Node], (width, height): (usize, usize)) -> Vec<f32> {
+    let mut sums = vec![[0.0_f32; 2]; width * height];
+    for (y, row) in nodes.chunks_exact(lattice.width).enumerate() {
+        let sums = &mut sums[y / CELL * width..][..width];
+        for (sum, nodes) in sums.iter_mut().zip(row.chunks(CELL)) {
+            nodes.iter().for_each(|node| sum[0] += node[0]);
+            sum[1] += nodes.len() as f32;
+        }
+    }
+    let zeta: Vec<f32> = sums.iter().map(|[sum, count]| sum / count).collect();
+    // Cells that are cut off have their middle elsewhere.
+    let whole = (lattice.width / CELL, lattice.height / CELL);
+    let bend = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let beside = |inner: bool, step: usize| match inner {
+            true => (zeta[i - step] + zeta[i + step] - 2.0 * zeta[i]).abs(),
+            false => 0.0,
+        };
+        let across = beside(x > 0 && x + 1 < whole.0, 1);
+        let down = beside(y > 0 && y + 1 < whole.1, width);
+        let over = across.max(down) - SMOOTH * zeta[i];
+        // Also false for NaN: a pixel without a ray has no zeta.
+        if over > 0.0 {
+            CUT * CUT * over * over
+        } else {
+            0.0
+        }
+    };
+    (0..width * height).map(bend).collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
+mod tests {
+    use super::*;
+    use sphereflow_sphere::Camera;
+
+    /// Not a multiple of a cell.
+    const WIDTH: usize = 97;
+    const HEIGHT: usize = 66;
+    /// Slope of zeta on both walls, 1/m per pixel: so small that it is no edge.
+    const SLOPE: f32 = 0.002;
+    /// Single precision of a variance by differences of means.
+    const ROUNDING: f32 = 1e-3;
+
+    fn edges(zeta: impl Fn(usize) -> f32) -> Edges {
+        let camera = Camera::pinhole(100.0, 100.0, 48.0, 32.5, WIDTH, HEIGHT).unwrap();
+        let lattice = Lattice::new(&camera).unwrap();
+        let node = |i: usize| [zeta(i % WIDTH), 0.0, 1.0, 1.0];
+        let nodes: Vec<Node> = (0..WIDTH * HEIGHT).map(node).collect();
+        Edges::new(&lattice, &nodes)
+    }
+
+    #[test]
+    fn a_corner_of_two_walls_is_uncertain_by_its_bend_and_the_walls_are_not() {
+        let middle = (12 * CELL) as f32 + 0.5 * (CELL - 1) as f32;
+        let zeta = |x: usize| 0.5 + SLOPE * (x as f32 - middle).abs();
+        let edges = edges(zeta);
+        for (x, y) in [(12 * CELL, 0), (12 * CELL + 1, 33), (13 * CELL - 1, 65)] {
+            let mean = 0.5 + SLOPE;
+            let bend = 2.0 * (SLOPE * CELL as f32 - SLOPE) - SMOOTH * mean;
+            let expected = (CUT * bend).powi(2);
+            let found = edges.variance(zeta(x), x, y);
+            assert!(
+                (found / expected - 1.0).abs() < ROUNDING,
+                "{found}, {expected}"
+            );
+        }
+        for x in (0..11 * CELL).chain(14 * CELL..WIDTH) {
+            assert_eq!(edges.variance(zeta(x), x, 33), 0.0, "column {x}");
+        }
+    }
+
+    #[test]
+    fn a_bend_as_of_smooth_surfaces_adds_nothing() {
+        // A parabola whose second difference over a cell is half of what is let pass.
+        let curved = 0.25 * SMOOTH / (CELL * CELL) as f32;
+        let zeta = |x: usize| 0.5 + 0.5 * curved * (x as f32 - 48.0).powi(2);
+        let edges = edges(zeta);
+        (0..WIDTH).for_each(|x| assert_eq!(edges.variance(zeta(x), x, 20), 0.0, "column {x}"));
     }
 }

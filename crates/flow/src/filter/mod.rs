@@ -8,6 +8,7 @@
 mod carry;
 mod config;
 mod contest;
+mod doubt;
 mod edges;
 mod gain;
 mod impulses;
@@ -29,6 +30,7 @@ pub use motion::{PoseNoise, VelocityNoise};
 
 use crate::error::{Error, same_size};
 use crate::{DepthReason, DepthStatus, Result};
+use doubt::Doubt;
 use lattice::Lattice;
 use motion::Motion;
 use output::{Output, StdScale};
@@ -53,6 +55,7 @@ pub struct DepthFilter {
     spare: Vec<Node>,
     nearest: Vec<f32>,
     trust: Vec<f32>,
+    doubt: Doubt,
     /// The past, newest first.
     past: VecDeque<Past>,
     updates: usize,
@@ -139,6 +142,7 @@ impl DepthFilter {
             nodes,
             nearest: vec![0.0; pixels],
             trust: vec![1.0; pixels],
+            doubt: Doubt::new(pixels),
             past: VecDeque::new(),
             updates: 0,
             scale_information: 0.0,
@@ -220,7 +224,7 @@ impl DepthFilter {
         let mut std = range.clone();
         self.output.fill(
             &self.lattice,
-            (&self.nodes, &self.trust),
+            (&self.nodes, &self.trust, &self.doubt),
             self.std_scale(),
             &mut range,
             &mut std,
@@ -237,7 +241,7 @@ impl DepthFilter {
         same_size("std", self.output.size(), std.size())?;
         self.output.fill(
             &self.lattice,
-            (&self.nodes, &self.trust),
+            (&self.nodes, &self.trust, &self.doubt),
             self.std_scale(),
             range,
             std,

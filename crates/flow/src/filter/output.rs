@@ -1,5 +1,6 @@
 //! The filter's state as ranges of the full image.
 
+use super::doubt::Doubt;
 use super::edges::Edges;
 use super::lattice::Lattice;
 use super::state::Node;
@@ -40,13 +41,13 @@ impl Output {
     pub fn fill(
         &self,
         lattice: &Lattice,
-        (nodes, trust): (&[Node], &[f32]),
+        (nodes, trust, doubt): (&[Node], &[f32], &Doubt),
         scale: StdScale,
         range: &mut Plane<f32>,
         std: &mut Plane<f32>,
     ) {
         let width = self.width;
-        let edges = Edges::new(lattice, nodes);
+        let (edges, doubts) = (Edges::new(lattice, nodes), doubt.of_pixels(nodes, trust));
         let columns: Vec<(usize, usize, f32)> = (0..width)
             .map(|x| place(x, self.binning, lattice.width, lattice.wraps))
             .collect();
@@ -59,14 +60,12 @@ impl Output {
                 let (top, bottom) = (top * lattice.width, bottom * lattice.width);
                 let length = &self.length[y * width..(y + 1) * width];
                 for (x, (left, right, s)) in columns.iter().enumerate() {
-                    let read = |k: usize| {
-                        let (a, b) = (nodes[top + left][k], nodes[top + right][k]);
-                        let (c, d) = (nodes[bottom + left][k], nodes[bottom + right][k]);
-                        let (upper, lower) = (a + s * (b - a), c + s * (d - c));
-                        upper + t * (lower - upper)
-                    };
+                    let [a, b] = [top + left, top + right];
+                    let [c, d] = [bottom + left, bottom + right];
+                    let read =
+                        |k: usize| mix([nodes[a][k], nodes[b][k], nodes[c][k], nodes[d][k]], *s, t);
                     // Extrapolation by a quarter of a pixel must not leave what is possible.
-                    let corner = nodes[top + left][0];
+                    let corner = nodes[a][0];
                     let (zeta, variance) = (read(0), read(3).max(0.0));
                     let zeta = if zeta < 0.5 * corner {
                         0.5 * corner
@@ -74,9 +73,10 @@ impl Output {
                         zeta
                     };
                     let metres = length[x] / zeta;
-                    let against = against(trust[top + left]) * zeta;
-                    let edge = edges.variance(zeta, *left, row_cell) + against * against;
-                    let deviation = scale.of(variance, edge, zeta);
+                    let square = zeta * zeta;
+                    let against = mix([doubts[a], doubts[b], doubts[c], doubts[d]], *s, t);
+                    let other = edges.variance(zeta, *left, row_cell) + against.max(0.0) * square;
+                    let deviation = scale.of(doubt.of_noise(variance, square), other, zeta);
                     let known = metres > 0.0 && metres.is_finite();
                     range[x] = if known { metres } else { f32::NAN };
                     std[x] = if known { metres * deviation } else { f32::NAN };
@@ -85,13 +85,11 @@ impl Output {
     }
 }
 
-/// Relative deviation of a pixel that the images speak against, however sure the planes around it are.
-#[inline]
-fn against(trust: f32) -> f32 {
-    /// Where nothing is trusted.
-    const ELSEWHERE: f32 = 0.3;
-    let doubt = 1.0 - 2.0 * trust;
-    ELSEWHERE * if doubt > 0.0 { doubt } else { 0.0 }
+/// Bilinear mix of the upper and the lower two.
+#[inline(always)]
+fn mix([a, b, c, d]: [f32; 4], s: f32, t: f32) -> f32 {
+    let (upper, lower) = (a + s * (b - a), c + s * (d - c));
+    upper + t * (lower - upper)
 }
 
 /// From the variance the state carries to the error that is seen.
@@ -109,7 +107,7 @@ pub(super) struct StdScale {
 
 impl StdScale {
     /// Relative standard deviation.
-    #[inline]
+    #[inline(always)]
     pub fn of(&self, variance: f32, edge: f32, zeta: f32) -> f32 {
         let per_square = 1.0 / (zeta * zeta);
         let other = edge * per_square + self.floor * self.floor + self.common;

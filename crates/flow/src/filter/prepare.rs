@@ -18,6 +18,8 @@ pub(super) struct Prepared {
     pub sigma: f32,
     /// Whether impulses were found: those that stay are far from normal noise.
     pub impulses: bool,
+    /// Pixels of the image's border that smoothing spoils.
+    pub margin: f32,
     /// Share of known pixels.
     pub known: f32,
     /// Share of pixels with a slope that is more than noise.
@@ -163,6 +165,7 @@ impl Preparation {
                 });
             });
         hide_border(&mut out.pixel, lattice, gaussian.margin());
+        out.margin = gaussian.margin() as f32;
         // Squared slopes against those of noise, in blocks: each pixel may drown, the image may not.
         let least = 2.0 * gaussian.slope_gain() * out.sigma_raw * out.sigma_raw;
         let textured = textured_share(&out.pixel, width, least);
@@ -313,6 +316,7 @@ impl Prepared {
             sigma_raw: 1.0,
             sigma: 1.0,
             impulses: false,
+            margin: 0.0,
             known: 0.0,
             textured: 0.0,
         }

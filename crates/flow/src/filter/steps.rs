@@ -6,7 +6,7 @@ use super::predict::{Predict, Step};
 use super::prepare::Prepared;
 use super::slip::{Known, MeasureSlip};
 use super::state::{Drift, Node, Past};
-use super::update::{Pair, Update, fade};
+use super::update::{Pair, Tally, Update, fade};
 use super::{Brightness, DepthFilter, DepthStep};
 use crate::{DepthReason, DepthStatus};
 use nalgebra::Rotation3;
@@ -226,6 +226,7 @@ impl DepthFilter {
         let (mut scale, depth_m) = (0.0_f64, 1.0 / self.middle_zeta());
         let mut nodes = std::mem::take(&mut self.nodes);
         let mut trust = std::mem::take(&mut self.trust);
+        let mut doubt = std::mem::take(&mut self.doubt);
         let (mut turns, mut longest_m) = (0.0, least_m);
         let comparisons = self.comparisons(prepared, &nodes, least_m);
         let mut pairs = Vec::with_capacity(comparisons.len());
@@ -252,25 +253,28 @@ impl DepthFilter {
         }
         let turns = turns / pairs.len().max(1) as f32;
         trust.fill(1.0);
-        let (mut compared, mut fitting) = (0, 0);
-        for pair in &pairs {
-            let update = Update {
+        doubt.begin();
+        let mut tally = Tally::default();
+        for (i, (pair, of)) in pairs.iter().zip(&comparisons).enumerate() {
+            tally.add(&self.lattice.lens.with(Update {
                 pair,
                 nodes: &mut nodes,
                 trust: &mut trust,
-            };
-            let (seen, fits) = self.lattice.lens.with(update);
-            (compared, fitting) = (compared + seen, fitting + fits);
+                views: doubt.views(),
+                lag: of.lag,
+                begins: i == 0,
+            }));
         }
         drop(pairs);
-        fade(&mut nodes, &trust);
-        self.trust = trust;
+        fade(&mut nodes, &trust, doubt.views());
+        doubt.learn(&tally);
+        (self.trust, self.doubt) = (trust, doubt);
         self.turn_variance += TURN_MEMORY * (turns - self.turn_variance);
         let shared = f64::from(self.turn_variance) * (depth_m / longest_m).powi(2);
         self.shared_variance += SHARED_MEMORY * (shared.min(1.0) - self.shared_variance);
         self.nodes = nodes;
         self.scale_information = self.memory() * self.scale_information + scale;
-        step.fitting_share = fitting as f32 / compared as f32;
+        step.fitting_share = tally.fitting as f32 / tally.compared as f32;
     }
 
     /// The image and the surface it saw, for the frames to come. An unusable image leaves a gap.

@@ -1,5 +1,6 @@
 //! The state corrected by comparing the new image with one of the past.
 
+use super::doubt::Views;
 use super::lattice::{Around, Lattice, LensCall, read};
 use super::lens::Lens;
 use super::predict::Step;
@@ -22,21 +23,43 @@ pub(super) struct Pair<'a> {
     pub drift: Drift,
 }
 
-/// The correction of the nodes by a pair. Returns the number of pixels compared and of those that fit.
+/// The correction of the nodes by a pair.
 pub(super) struct Update<'a, 'b> {
     pub pair: &'a Pair<'b>,
     pub nodes: &'a mut [Node],
     /// How well shorter baselines fit, 0 to 1: where they do not, a longer one meets the wrong
     /// piece of texture, and would drown them by its weight.
     pub trust: &'a mut [f32],
+    /// What the pairs before say of each pixel's time in view.
+    pub views: Views<'a>,
+    /// Frames to the past image.
+    pub lag: usize,
+    /// Whether no pair was before.
+    pub begins: bool,
 }
+
+/// What a pair's residuals are like.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tally {
+    /// Pixels compared, and those that fit.
+    pub compared: u32,
+    pub fitting: u32,
+    /// Information gained in every [`SAMPLED`]th row; and the same times squared residuals over those expected.
+    pub information: f32,
+    pub misfit: f32,
+}
+
+/// Rows from one whose residuals are compared with those expected to the next: a quarter says as much of the image.
+const SAMPLED: usize = 4;
 
 /// Information fades where the shortest baselines do not fit: to this share where nothing is trusted.
 const FADE: f32 = 0.85;
 
-/// Old mistakes are forgotten where the images speak against them. The mean stays.
-pub(super) fn fade(nodes: &mut [Node], trust: &[f32]) {
-    for (node, trust) in nodes.iter_mut().zip(trust) {
+/// Old mistakes are forgotten where the images speak against them. The mean stays. Where `views` holds the
+/// information of before the image, it is what the image gave afterwards.
+pub(super) fn fade(nodes: &mut [Node], trust: &[f32], views: Views<'_>) {
+    for ((node, trust), gained) in nodes.iter_mut().zip(trust).zip(views.gained) {
+        *gained = node[2] - *gained;
         let keep = FADE + (1.0 - FADE) * (2.0 * trust).min(1.0);
         node[1] *= keep;
         node[2] *= keep;
@@ -58,59 +81,86 @@ const SHARED: f32 = 100.0;
 /// A past surface nearer by this share hides the pixel.
 pub(super) const HIDES: f32 = 1.06;
 
-impl LensCall<(usize, usize)> for Update<'_, '_> {
-    fn call<L: Lens>(self, lens: &L) -> (usize, usize) {
-        let Self { pair, nodes, trust } = self;
+impl LensCall<Tally> for Update<'_, '_> {
+    fn call<L: Lens>(self, lens: &L) -> Tally {
+        let Self {
+            pair,
+            nodes,
+            trust,
+            views,
+            lag,
+            begins,
+        } = self;
         let (width, arch) = (pair.lattice.width, pulp::Arch::new());
-        let counts: Vec<(usize, usize)> = nodes
+        let rows: Vec<Tally> = nodes
             .par_chunks_mut(width)
             .zip(trust.par_chunks_mut(width))
+            .zip(views.since.par_chunks_mut(width))
+            .zip(views.gained.par_chunks_mut(width))
             .enumerate()
-            .map(|(y, (row, trust))| {
+            .map(|(y, (((row, trust), since), gained))| {
                 arch.dispatch(UpdateRow {
                     lens,
                     pair,
                     y,
                     row,
                     trust,
+                    views: Views { since, gained },
+                    lag: lag as f32,
+                    begins,
                 })
             })
             .collect();
-        counts.iter().fold((0, 0), |(a, b), (c, d)| (a + c, b + d))
+        let mut all = Tally::default();
+        rows.iter().for_each(|row| all.add(row));
+        all
     }
 }
 
 /// Pixels that are worked on together: their numbers stay in registers and the first cache.
 const TOGETHER: usize = 64;
 
-/// One row, compiled for wide vectors. Returns the pixels compared and those that fit.
+/// One row, compiled for wide vectors.
 struct UpdateRow<'a, 'b, L: Lens> {
     lens: &'a L,
     pair: &'a Pair<'b>,
     y: usize,
     row: &'a mut [Node],
     trust: &'a mut [f32],
+    views: Views<'a>,
+    lag: f32,
+    begins: bool,
 }
 
 impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
-    type Output = (usize, usize);
+    type Output = Tally;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> (usize, usize) {
-        let (mut compared, mut fitting) = (0, 0);
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Tally {
+        let mut tally = Tally::default();
         let mut first = self.y * self.pair.lattice.width;
         let judge = Judge::new(self.pair, self.y);
-        let nodes = self.row.chunks_mut(TOGETHER);
-        for (nodes, trust) in nodes.zip(self.trust.chunks_mut(TOGETHER)) {
+        if self.begins {
+            let before = self.views.gained.iter_mut().zip(&*self.row);
+            before.for_each(|(gained, node)| *gained = node[2]);
+        }
+        let pixels = self.row.chunks_mut(TOGETHER);
+        let pixels = pixels.zip(self.trust.chunks_mut(TOGETHER));
+        for ((nodes, trust), since) in pixels.zip(self.views.since.chunks_mut(TOGETHER)) {
             let mut seen = Seen::new();
             seen.place(self.lens, self.pair, first, nodes);
             seen.read(self.pair, nodes);
             let new = &self.pair.new.pixel[first..first + nodes.len()];
-            let counts = seen.judge(&judge, new, nodes, trust);
-            (compared, fitting) = (compared + counts.0, fitting + counts.1);
+            tally.add(&match self.y % SAMPLED {
+                0 => seen.judge::<true>(&judge, new, nodes, trust),
+                _ => seen.judge::<false>(&judge, new, nodes, trust),
+            });
+            if !self.pair.lattice.wraps {
+                seen.date(self.pair, self.lag, since);
+            }
             first += nodes.len();
         }
-        (compared as usize, fitting as usize)
+        tally
     }
 }
 
@@ -197,16 +247,18 @@ impl Seen {
         }
     }
 
-    /// Adds what the residuals say to the nodes, each by its weight.
+    /// Adds what the residuals say to the nodes, each by its weight. Whether they are measured as well is known to
+    /// the compiler.
     #[inline(always)]
-    fn judge(
+    fn judge<const MEASURED: bool>(
         &self,
         judge: &Judge,
         new: &[[f32; 4]],
         nodes: &mut [Node],
         trust: &mut [f32],
-    ) -> (u32, u32) {
-        let (mut compared, mut fitting) = (0, 0);
+    ) -> Tally {
+        let mut tally = Tally::default();
+        let mut misfit = [[0.0_f32; 2]; TOGETHER];
         let mut gained = [[0.0_f32; 2]; TOGETHER];
         let pixels = nodes.iter().zip(new).zip(trust);
         for (i, ((node, new), trust)) in pixels.enumerate() {
@@ -237,14 +289,70 @@ impl Seen {
             } else {
                 [0.0; 2]
             };
+            if MEASURED {
+                // Outliers, which weigh less, say nothing of the noise.
+                let square = if size2 > reach2 { reach2 } else { size2 };
+                let relative = gained[i][1] * square / expected2;
+                misfit[i] = [gained[i][1], if known { relative } else { 0.0 }];
+            }
             *trust *= if known { fits } else { 1.0 };
-            compared += u32::from(known);
-            fitting += u32::from(known && fits == 1.0);
+            tally.compared += u32::from(known);
+            tally.fitting += u32::from(known && fits == 1.0);
         }
         for (node, gained) in nodes.iter_mut().zip(&gained) {
             node[1] -= gained[0];
             node[2] += gained[1];
         }
-        (compared, fitting)
+        if MEASURED {
+            [tally.information, tally.misfit] = sums(&misfit);
+        }
+        tally
+    }
+
+    /// Notes the least lag at which pixels were out of view.
+    #[inline(always)]
+    fn date(&self, pair: &Pair<'_>, lag: f32, since: &mut [f32]) {
+        let lattice = pair.lattice;
+        // What is carried is read between pixels.
+        let margin = pair.past.margin + 1.0;
+        let right = (lattice.width - 1) as f32 - margin;
+        let bottom = (lattice.height - 1) as f32 - margin;
+        let shown = |i: usize| {
+            let (x, y) = (self.place[0][i], self.place[1][i]);
+            (x >= margin) & (x <= right) & (y >= margin) & (y <= bottom)
+        };
+        // Most blocks are wholly inside.
+        let all = (0..since.len()).fold(true, |all, i| all & shown(i));
+        if all {
+            return;
+        }
+        for (i, since) in since.iter_mut().enumerate() {
+            let shown = shown(i) | (*since > 0.0);
+            *since = if shown { *since } else { lag };
+        }
+    }
+}
+
+/// Sums by lanes: one after the other, numbers wait for each other.
+#[inline(always)]
+fn sums(values: &[[f32; 2]; TOGETHER]) -> [f32; 2] {
+    const LANES: usize = 8;
+    let mut lanes = [[0.0_f32; 2]; LANES];
+    for values in values.chunks_exact(LANES) {
+        for (lane, value) in lanes.iter_mut().zip(values) {
+            *lane = [lane[0] + value[0], lane[1] + value[1]];
+        }
+    }
+    lanes
+        .iter()
+        .fold([0.0; 2], |sum, lane| [sum[0] + lane[0], sum[1] + lane[1]])
+}
+
+impl Tally {
+    pub fn add(&mut self, other: &Self) {
+        self.compared += other.compared;
+        self.fitting += other.fitting;
+        self.information += other.information;
+        self.misfit += other.misfit;
     }
 }
