@@ -21,6 +21,9 @@ const EDGE: f32 = 0.06;
 const NEAR: usize = 2;
 const REACH: usize = 10;
 
+/// Images of fewer columns than this many times the reach have a smaller one.
+const COLUMNS_PER_REACH: usize = 32;
+
 /// Information of a pixel that has changed sides, against that of one seen for the first time.
 const CHOSEN: f32 = 4.0;
 
@@ -39,24 +42,26 @@ impl LensCall<()> for Contest<'_, '_> {
             return;
         };
         let (width, height) = (first.lattice.width, first.lattice.height);
+        let reach = (width / COLUMNS_PER_REACH).clamp(NEAR + 1, REACH);
         let view = &*nodes;
         let zeta: Vec<f32> = view.iter().map(|node| node[0]).collect();
         let arch = pulp::Arch::new();
         let changes: Vec<Vec<(usize, Node)>> = (1..height.saturating_sub(1))
             .into_par_iter()
             .map(|y| {
-                let inner = y >= REACH && y + REACH < height && width > 2 * REACH;
+                let inner = y >= reach && y + reach < height && width > 2 * reach;
                 let beside = match inner {
                     true => arch.dispatch(EdgesOfRow {
                         zeta: &zeta,
                         width,
                         y,
+                        reach,
                     }),
                     false => Vec::new(),
                 };
                 let ask = |x: usize| {
                     let here = y * width + x;
-                    let other = other_surface(view, (width, height), (x, y))?;
+                    let other = other_surface(view, (width, height), (x, y), reach)?;
                     let (own, alternative) =
                         costs(lens, pairs, here, (view[here][0], other), width)?;
                     // A pixel that nothing tells apart stays as it is.
@@ -68,7 +73,7 @@ impl LensCall<()> for Contest<'_, '_> {
                     })
                 };
                 // Near the border every pixel is asked.
-                let asked = |x: &usize| match x.checked_sub(REACH).and_then(|x| beside.get(x)) {
+                let asked = |x: &usize| match x.checked_sub(reach).and_then(|x| beside.get(x)) {
                     Some(beside) => *beside,
                     None => true,
                 };
@@ -81,12 +86,13 @@ impl LensCall<()> for Contest<'_, '_> {
     }
 }
 
-/// Which pixels of a row, from the `REACH`-th on, may lie beside another surface: compiled for wide
+/// Which pixels of a row, from the `reach`-th on, may lie beside another surface: compiled for wide
 /// vectors, as few do.
 struct EdgesOfRow<'a> {
     zeta: &'a [f32],
     width: usize,
     y: usize,
+    reach: usize,
 }
 
 impl pulp::WithSimd for EdgesOfRow<'_> {
@@ -94,10 +100,11 @@ impl pulp::WithSimd for EdgesOfRow<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Vec<bool> {
-        let (width, first) = (self.width, self.y * self.width + REACH);
-        let count = width.saturating_sub(2 * REACH);
+        let (width, reach) = (self.width, self.reach);
+        let first = self.y * width + reach;
+        let count = width.saturating_sub(2 * reach);
         let row = |start: usize| &self.zeta[start..][..count];
-        let across = [NEAR, REACH, NEAR * width, REACH * width];
+        let across = [NEAR, reach, NEAR * width, reach * width];
         let sides = across.map(|r| [row(first - r), row(first + r)]);
         let own = row(first);
         let mut beside = vec![false; count];
@@ -119,11 +126,12 @@ fn other_surface(
     nodes: &[Node],
     (width, height): (usize, usize),
     (x, y): (usize, usize),
+    reach: usize,
 ) -> Option<f32> {
     let own = nodes[y * width + x][0];
     let at = |x: usize, y: usize| nodes[y * width + x][0];
     let mut other = own;
-    for r in [NEAR, REACH] {
+    for r in [NEAR, reach] {
         let (left, right) = (x.saturating_sub(r), (x + r).min(width - 1));
         let (up, down) = (y.saturating_sub(r), (y + r).min(height - 1));
         for [before, after] in [[at(left, y), at(right, y)], [at(x, up), at(x, down)]] {

@@ -28,6 +28,9 @@ const CLEAR: f64 = 60.0;
 /// Smaller slips, pixels of the filter in the middle of the image, are left to the state's errors.
 const LEAST_SLIP_PX: f64 = 0.05;
 
+/// Share of that which frames of late were off by, in the mean, where all pairs are looked at.
+const OF_LATE: f64 = 0.1;
+
 /// Share of the frames' rotation errors that a new one changes the measure of them by.
 const TURN_MEMORY: f32 = 0.1;
 
@@ -154,10 +157,14 @@ impl DepthFilter {
 
     /// Puts a pair's step right: by as much as poses are told to be off, or, where they are told to be exact, by
     /// a rotation that is clear. Returns the variance per axis of the rotation that was missing, rad^2.
-    fn mend(&self, pair: &mut Pair<'_>, nodes: &[Node], depth_m: f64) -> f32 {
+    ///
+    /// Of poses that are told to be exact one pair an image is looked at, in turn, unless some were not of late.
+    fn mend(&self, pair: &mut Pair<'_>, nodes: &[Node], depth_m: f64, in_turn: bool) -> f32 {
         let mut known = Known::of(pair, 1.0 / depth_m);
         let focal_px = f64::from(self.lattice.focal_px);
-        if !known.told && self.updates < SETTLED {
+        let off_px = f64::from(self.turn_variance.sqrt()) * focal_px;
+        let asked = self.updates >= SETTLED && (in_turn || off_px > OF_LATE * LEAST_SLIP_PX);
+        if !known.told && !asked {
             return 0.0;
         }
         let mut left = None;
@@ -230,11 +237,12 @@ impl DepthFilter {
         let (mut turns, mut longest_m) = (0.0, least_m);
         let comparisons = self.comparisons(prepared, &nodes, least_m);
         let mut pairs = Vec::with_capacity(comparisons.len());
-        for of in &comparisons {
+        for (index, of) in comparisons.iter().enumerate() {
             let mut pair = self.pair(prepared, of.past);
             pair.past = of.lit.as_ref().unwrap_or(pair.past);
             pair.gain.clone_from(&of.gain);
-            turns += self.mend(&mut pair, &nodes, depth_m);
+            let in_turn = index == self.updates % comparisons.len();
+            turns += self.mend(&mut pair, &nodes, depth_m, in_turn);
             longest_m = longest_m.max(of.distance_m);
             scale = scale.max(Self::scale_per_frame(
                 of.distance_m,

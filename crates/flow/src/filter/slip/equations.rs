@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
 /// Three numbers each: the rotation, the movement, the error of inverse ranges that grows as they do, and that
 /// which does not; the two latter run over the image as a plane does. What looks like these is no movement.
-pub(super) const MODES: usize = 4;
+const MODES: usize = 4;
 
 /// The numbers that are looked for.
 pub(super) const UNKNOWNS: usize = 3 * MODES;

@@ -12,7 +12,7 @@ use super::lens::Lens;
 use super::state::Node;
 use super::update::{HIDES, Pair};
 pub(super) use equations::{Known, Slip};
-use equations::{MODES, SUMS, Sums, UNKNOWNS};
+use equations::{SUMS, Sums, UNKNOWNS};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -27,8 +27,11 @@ pub(super) struct MeasureSlip<'a, 'b> {
 const COLUMNS: usize = 2;
 const ROWS: usize = 8;
 
-/// What a pixel counts for: chi is that of every third column and row.
-const COUNTS: f32 = (COLUMNS * ROWS) as f32 / 9.0;
+/// Rows where it is only asked whether poses that are told to be exact are not.
+const ROWS_OF_EXACT: usize = 16;
+
+/// Columns and rows by which what a pixel counts for is told: chi is that of every third.
+const COUNTED: usize = 9;
 
 /// Where Huber's weight begins to fall, in standard deviations of the predicted residual.
 const REACH: f32 = 2.0;
@@ -50,13 +53,15 @@ impl LensCall<Slip> for MeasureSlip<'_, '_> {
     fn call<L: Lens>(self, lens: &L) -> Slip {
         let lattice = self.pair.lattice;
         let arch = pulp::Arch::new();
-        let rows: Vec<Sums> = (0..lattice.height.div_ceil(ROWS))
+        let every = if self.known.told { ROWS } else { ROWS_OF_EXACT };
+        let rows: Vec<Sums> = (0..lattice.height.div_ceil(every))
             .into_par_iter()
             .map(|row| {
                 arch.dispatch(Row {
                     measure: &self,
                     lens,
-                    y: (row * ROWS + ROWS / 2).min(lattice.height - 1),
+                    y: (row * every + every / 2).min(lattice.height - 1),
+                    every,
                 })
             })
             .collect();
@@ -77,6 +82,8 @@ struct Row<'a, 'b, 'c, L: Lens> {
     measure: &'a MeasureSlip<'b, 'c>,
     lens: &'a L,
     y: usize,
+    /// Rows that it stands for.
+    every: usize,
 }
 
 impl<L: Lens> pulp::WithSimd for Row<'_, '_, '_, L> {
@@ -86,14 +93,15 @@ impl<L: Lens> pulp::WithSimd for Row<'_, '_, '_, L> {
     fn with_simd<S: pulp::Simd>(self, _: S) -> Sums {
         let width = self.measure.pair.lattice.width;
         let end = (self.y + 1) * width;
-        let mut first = self.y * width + self.y / ROWS % COLUMNS;
+        let mut first = self.y * width + self.y / self.every % COLUMNS;
+        let counts = (COLUMNS * self.every) as f32 / COUNTED as f32;
         let mut lanes = [[0.0; LANES]; SUMS];
         while first < end {
             let count = (end - first).div_ceil(COLUMNS).min(TOGETHER);
             let mut block = Block::new();
             block.place(self.lens, self.measure, first, count);
             block.read(self.measure, count);
-            block.judge(self.measure.pair, self.y);
+            block.judge(self.measure.pair, self.y, counts);
             block.gather(&mut lanes);
             first += count * COLUMNS;
         }
@@ -114,9 +122,11 @@ struct Block {
     there: [Each; 3],
     gauge: Each,
     place: [Each; 2],
-    /// Movement of the place as the point times zeta moves along each axis.
-    moved: [[Each; 2]; 3],
+    /// Movement of the place, right and down, as the point times zeta moves along each axis.
+    moved: [[Each; 3]; 2],
     past: [[f32; 4]; TOGETHER],
+    /// Of the image.
+    slope: [Each; 2],
     slopes: [Each; UNKNOWNS],
     residual: Each,
     /// Zero where there is nothing to be compared.
@@ -135,7 +145,8 @@ impl Block {
             there: [nothing; 3],
             gauge: zero,
             place: [nothing; 2],
-            moved: [[zero; 2]; 3],
+            moved: [[zero; 3]; 2],
+            slope: [zero; 2],
             past: [[f32::NAN; 4]; TOGETHER],
             slopes: [zero; UNKNOWNS],
             residual: zero,
@@ -160,10 +171,10 @@ impl Block {
         let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
         for i in 0..count {
             let there = Vector3::new(self.there[0][i], self.there[1][i], self.there[2][i]);
-            for (moved, axis) in self.moved.iter_mut().zip(&axes) {
+            for (k, axis) in axes.iter().enumerate() {
                 let (place, along) = lens.project_along(&there, axis);
                 (self.place[0][i], self.place[1][i]) = (place[0], place[1]);
-                (moved[0][i], moved[1][i]) = (along[0], along[1]);
+                (self.moved[0][k][i], self.moved[1][k][i]) = (along[0], along[1]);
             }
             self.gauge[i] = lens.gauge(&there);
         }
@@ -185,39 +196,64 @@ impl Block {
     }
 
     #[inline(always)]
-    fn judge(&mut self, pair: &Pair<'_>, y: usize) {
+    fn judge(&mut self, pair: &Pair<'_>, y: usize, counts: f32) {
         let gain = pair.gain[y];
         let noise = pair.new.sigma.powi(2) + (gain * pair.past.sigma).powi(2);
         let step = pair.step.translation;
         for i in 0..TOGETHER {
-            let [value, gx, gy, _] = self.past[i].map(|value| gain * value);
-            let residual = value - self.new[i];
-            let (zeta, variance) = (self.zeta[i], self.variance[i]);
-            let moved = |c: usize| Vector3::from_fn(|k, _| self.moved[k][c][i]);
-            let (right, down) = (moved(0), moved(1));
+            let [value, gx, gy, _] = self.past[i];
+            self.residual[i] = gain * value - self.new[i];
+            (self.slope[0][i], self.slope[1][i]) = (gain * gx, gain * gy);
+        }
+        for i in 0..TOGETHER {
+            let (zeta, variance, residual) = (self.zeta[i], self.variance[i], self.residual[i]);
+            let ([x, y], [there_x, there_y, there_z]) = (&self.moved, &self.there);
+            let (gx, gy) = (self.slope[0][i], self.slope[1][i]);
             // By the point times zeta, by zeta.
-            let by_point = right * gx + down * gy;
-            let by_zeta = by_point.dot(&step);
-            let span2 = right.dot(&step).powi(2) + down.dot(&step).powi(2);
+            let by_x = gx * x[0][i] + gy * y[0][i];
+            let by_y = gx * x[1][i] + gy * y[1][i];
+            let by_z = gx * x[2][i] + gy * y[2][i];
+            let by_zeta = by_x * step.x + by_y * step.y + by_z * step.z;
+            let right = x[0][i] * step.x + x[1][i] * step.y + x[2][i] * step.z;
+            let down = y[0][i] * step.x + y[1][i] * step.y + y[2][i] * step.z;
             let free = STATE * variance + FREE * FREE * zeta * zeta;
             let expected2 = noise + by_zeta * by_zeta * free;
             let size2 = residual * residual;
             let reach2 = REACH * REACH * expected2;
             let fits = if size2 > reach2 { reach2 / size2 } else { 1.0 };
-            let off = 1.0 + variance * span2 / (DOUBT_PX * DOUBT_PX);
-            let weight = COUNTS * fits.sqrt() / (expected2 * off * off);
-            let there = Vector3::from_fn(|k, _| self.there[k][i]);
-            let turned = there.cross(&by_point);
-            let shared = Vector3::from_fn(|k, _| by_zeta * self.ray[k][i]);
-            let usable = (weight * (residual + turned.sum() + by_zeta)).is_finite();
-            for k in 0..3 {
-                let slopes = [turned[k], zeta * by_point[k], zeta * shared[k], shared[k]];
-                for (mode, slope) in (0..MODES).zip(slopes) {
-                    self.slopes[3 * mode + k][i] = if usable { slope } else { 0.0 };
-                }
+            let off =
+                1.0 + variance * (right * right + down * down) * (1.0 / (DOUBT_PX * DOUBT_PX));
+            let weight = counts * fits.sqrt() / (expected2 * off * off);
+            let turned = [
+                there_y[i] * by_z - there_z[i] * by_y,
+                there_z[i] * by_x - there_x[i] * by_z,
+                there_x[i] * by_y - there_y[i] * by_x,
+            ];
+            let of_all = weight * (residual + turned[0] + turned[1] + turned[2] + by_zeta);
+            let usable = of_all.abs() < f32::INFINITY;
+            let keep = |value: f32| if usable { value } else { 0.0 };
+            self.slopes[0][i] = keep(turned[0]);
+            self.slopes[1][i] = keep(turned[1]);
+            self.slopes[2][i] = keep(turned[2]);
+            self.slopes[3][i] = keep(zeta * by_x);
+            self.slopes[4][i] = keep(zeta * by_y);
+            self.slopes[5][i] = keep(zeta * by_z);
+            self.slopes[9][i] = keep(by_zeta * self.ray[0][i]);
+            self.slopes[10][i] = keep(by_zeta * self.ray[1][i]);
+            self.slopes[11][i] = keep(by_zeta * self.ray[2][i]);
+            self.residual[i] = keep(residual);
+            self.weight[i] = keep(weight);
+        }
+        for k in 0..3 {
+            for i in 0..TOGETHER {
+                let zeta = self.zeta[i];
+                let usable = self.weight[i] > 0.0;
+                self.slopes[6 + k][i] = if usable {
+                    zeta * self.slopes[9 + k][i]
+                } else {
+                    0.0
+                };
             }
-            self.residual[i] = if usable { residual } else { 0.0 };
-            self.weight[i] = if usable { weight } else { 0.0 };
         }
     }
 
@@ -225,15 +261,22 @@ impl Block {
     #[inline(always)]
     fn gather(&self, sums: &mut [[f32; LANES]; SUMS]) {
         for first in (0..TOGETHER).step_by(LANES) {
-            let lane = |of: &Each| -> [f32; LANES] { std::array::from_fn(|i| of[first + i]) };
-            let (weight, residual) = (lane(&self.weight), lane(&self.residual));
-            let slopes: [[f32; LANES]; UNKNOWNS] = std::array::from_fn(|k| lane(&self.slopes[k]));
+            let mut lanes = [[0.0; LANES]; UNKNOWNS + 1];
+            for (lanes, all) in lanes.iter_mut().zip(&self.slopes) {
+                lanes.copy_from_slice(&all[first..first + LANES]);
+            }
+            lanes[UNKNOWNS].copy_from_slice(&self.residual[first..first + LANES]);
+            let mut weight = [0.0; LANES];
+            weight.copy_from_slice(&self.weight[first..first + LANES]);
             let mut next = 0;
             for i in 0..UNKNOWNS {
-                let weighted: [f32; LANES] = std::array::from_fn(|k| weight[k] * slopes[i][k]);
-                for other in slopes[i..].iter().chain([&residual]) {
+                let mut weighted = [0.0; LANES];
+                for k in 0..LANES {
+                    weighted[k] = weight[k] * lanes[i][k];
+                }
+                for lane in &lanes[i..] {
                     for k in 0..LANES {
-                        sums[next][k] += weighted[k] * other[k];
+                        sums[next][k] += weighted[k] * lane[k];
                     }
                     next += 1;
                 }
