@@ -186,3 +186,115 @@ fn costs<L: Lens>(
     }
     (count > 0.0).then(|| (sums[0] / count, sums[1] / count))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
+mod tests {
+    use super::*;
+    use crate::filter::lattice::Lattice;
+    use crate::filter::predict::Step;
+    use crate::filter::prepare::{Preparation, Prepared};
+    use crate::filter::state::Drift;
+    use nalgebra::{Matrix3, Vector3};
+    use sphereflow_core::Plane;
+    use sphereflow_sphere::Camera;
+
+    const WIDTH: usize = 160;
+    const HEIGHT: usize = 120;
+    /// A wall that ends in the middle of the image, before another, metres.
+    const NEAR_M: f64 = 1.0;
+    const FAR_M: f64 = 2.0;
+    /// The first column behind the edge.
+    const EDGE_COLUMN: usize = 80;
+    /// Columns beside the edge that are taken for the near wall; smoothing blurs the edge itself.
+    const WRONG: std::ops::Range<usize> = EDGE_COLUMN + 2..EDGE_COLUMN + 6;
+    /// At the edge itself, which smoothing blurs, half a pixel of each row may change.
+    const BLURRED: usize = HEIGHT / 2;
+    /// Where the new camera is in the past one: what is left of the edge hides nothing more of the far wall.
+    const PLACE: Vector3<f64> = Vector3::new(-0.06, 0.02, 0.0);
+
+    fn zeta(x: usize) -> f32 {
+        let metres = if x < EDGE_COLUMN { NEAR_M } else { FAR_M };
+        (1.0 / metres) as f32
+    }
+
+    /// What a camera sees that is at `place` in the new one.
+    fn view(lattice: &Lattice, place: &Vector3<f64>, contrast: f64) -> Plane<f32> {
+        let edge_x = f64::from(lattice.ray[EDGE_COLUMN].x + lattice.ray[EDGE_COLUMN - 1].x) / 2.0;
+        let paint = |point: &Vector3<f64>| {
+            let (x, y) = (point.x, point.y);
+            let waves = (23.0 * x + 9.0 * y).sin() + (17.0 * y - 8.0 * x).sin();
+            (128.0 + contrast * waves) as f32
+        };
+        Plane::from_fn(WIDTH, HEIGHT, |x, y| {
+            let ray = lattice.ray[y * WIDTH + x].cast::<f64>();
+            let near = ray * NEAR_M + place;
+            if near.x < edge_x * NEAR_M {
+                paint(&near)
+            } else {
+                paint(&(ray * FAR_M + place))
+            }
+        })
+    }
+
+    /// Columns' pixels that changed to within a tenth of the far wall, and all that changed.
+    fn changed(wrong: std::ops::Range<usize>, contrast: f64) -> (usize, usize) {
+        let camera = Camera::pinhole(150.0, 150.0, 79.5, 59.5, WIDTH, HEIGHT).unwrap();
+        let lattice = Lattice::new(&camera).unwrap();
+        let mut preparation = Preparation::new(WIDTH, HEIGHT, 1);
+        let mut prepare =
+            |image| preparation.prepare(image, &lattice, Some(1.0), Prepared::empty());
+        let (new, past) = (
+            view(&lattice, &Vector3::zeros(), contrast),
+            view(&lattice, &-PLACE, contrast),
+        );
+        let (new, past) = (prepare(&new), prepare(&past));
+        let pair = Pair {
+            lattice: &lattice,
+            step: Step {
+                rotation: Matrix3::identity(),
+                translation: PLACE.cast(),
+            },
+            new: &new,
+            past: &past,
+            surface: &[],
+            gain: vec![1.0; HEIGHT],
+            drift: Drift::default(),
+        };
+        let column = |i: usize| i % WIDTH;
+        let told = |x: usize| if wrong.contains(&x) { zeta(0) } else { zeta(x) };
+        let before: Vec<Node> = (0..WIDTH * HEIGHT)
+            .map(|i| [told(column(i)), 0.0, 1e4, 1e-4])
+            .collect();
+        let mut nodes = before.clone();
+        lattice.lens.with(Contest {
+            pairs: &[pair],
+            nodes: &mut nodes,
+        });
+        let far = zeta(WIDTH);
+        let moved = |i: &usize| nodes[*i][0] != before[*i][0];
+        let right =
+            |i: &usize| wrong.contains(&column(*i)) && (nodes[*i][0] / far - 1.0).abs() < 0.1;
+        let all = (0..nodes.len()).filter(moved);
+        (all.clone().filter(right).count(), all.count())
+    }
+
+    #[test]
+    fn contest_of_pixels_on_the_wrong_side_gives_them_to_the_surface_that_explains_them() {
+        let asked = WRONG.len() * HEIGHT;
+        let (right, all) = changed(WRONG, 50.0);
+        assert!(right * 10 > 9 * asked, "{right} of {asked}");
+        assert!(all < right + BLURRED, "{right} of {all}");
+    }
+
+    #[test]
+    fn contest_of_a_true_state_changes_next_to_nothing() {
+        let (_, all) = changed(0..0, 50.0);
+        assert!(all < BLURRED, "{all}");
+    }
+
+    #[test]
+    fn contest_of_what_nothing_tells_apart_changes_nothing() {
+        assert_eq!(changed(WRONG, 0.0), (0, 0));
+    }
+}

@@ -97,10 +97,10 @@ const COMMON_FACTOR: f64 = 2.0;
 /// From the measured rotations' variance over the longest baseline to that of all ranges.
 const SHARED_FACTOR: f64 = 3.0;
 
-/// From the state's variance to the errors seen on simulated rooms (`benches/experiments`); the floor is that
+/// From the state's variance to the errors seen on simulated rooms (`depth_accuracy`); the floor is that
 /// of slopes by differences and of images read between pixels.
 const STD: StdScale = StdScale {
-    factor: 1.5,
+    factor: 1.2,
     floor: 1.5e-4,
     common: 0.0,
     stale: 1.0,

@@ -15,8 +15,9 @@ use sphereflow_core::{Plane, Pose};
 /// An image with less of its pixels textured, or known, says nothing.
 const LEAST_SHARE: f32 = 0.02;
 
-/// Updates after which the state says well enough where pixels are to tell whether exact poses are not.
-const SETTLED: usize = 10;
+/// Updates after which the state says well enough where pixels are to tell whether exact poses are not; earlier
+/// ones, of slow starts, are turned by nothing but the state's errors.
+const SETTLED: usize = 30;
 
 /// Corrections of a step, each by one linearisation, at most.
 const MENDS: usize = 3;

@@ -36,7 +36,7 @@ const COUNTED: usize = 9;
 /// Where Huber's weight begins to fall, in standard deviations of the predicted residual.
 const REACH: f32 = 2.0;
 
-/// From the state's variance to the errors seen, as for the deviations that are put out.
+/// The state's variance counts this many times: it is that of a state whose poses were exact.
 const STATE: f32 = 4.0;
 
 /// Each pixel's inverse range is taken for known to this many times itself, whatever the state says: its
