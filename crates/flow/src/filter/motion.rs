@@ -17,7 +17,7 @@ pub struct VelocityNoise {
     pub linear_m_s: f64,
 }
 
-/// Noise of given poses, each axis and each pose for itself.
+/// Noise of given poses, each axis and each pose for itself. What images show of it is put right.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseNoise {
     /// Standard deviation of the rotation, rad.
