@@ -150,7 +150,7 @@ fn other_surface(
 
 /// Mean squared residuals, in units of the noise, over the pixel and its four neighbours in all pairs: with its own
 /// zeta, and with another. Where its own would have been hidden the past image does not say; `None` where
-/// none does.
+/// none does, or its own explains the images well, as most do.
 fn costs<L: Lens>(
     lens: &L,
     pairs: &[Pair<'_>],
@@ -158,33 +158,52 @@ fn costs<L: Lens>(
     (own, other): (f32, f32),
     width: usize,
 ) -> Option<(f32, f32)> {
+    let places = [here, here - 1, here + 1, here - width, here + width];
+    let samples = || {
+        let all = pairs.iter().map(|pair| (pair, pair.gain[here / width]));
+        all.flat_map(|(pair, gain)| places.map(|place| (pair, gain, place)))
+    };
+    let own_of = |(pair, gain, place)| squared(lens, pair, gain, place, (own, true));
+    let (mut sum, mut count) = (0.0_f32, 0.0_f32);
+    for cost in samples().filter_map(own_of) {
+        (sum, count) = (sum + cost, count + 1.0);
+    }
+    if sum <= POOR * count {
+        return None;
+    }
     let (mut sums, mut count) = ([0.0_f32; 2], 0.0_f32);
-    for pair in pairs {
-        let gain = pair.gain[here / width];
-        let noise = pair.new.sigma.powi(2) + (gain * pair.past.sigma).powi(2);
-        for place in [here, here - 1, here + 1, here - width, here + width] {
-            let squared = |zeta: f32, may_hide: bool| {
-                let ray = &pair.lattice.ray[place];
-                let there = pair.step.rotation * ray + pair.step.translation * zeta;
-                let (four, s, t) = pair.lattice.around(lens.project(&there))?;
-                let nearest = four[usize::from(s > 0.5) + 2 * usize::from(t > 0.5)];
-                let surface = pair.surface.get(nearest).copied().unwrap_or(0.0);
-                if may_hide && surface * lens.gauge(&there) > HIDES * zeta {
-                    return None;
-                }
-                let [value, _, _, variance] = read(&pair.past.pixel, four, s, t);
-                let residual = gain * value - pair.new.pixel[place][0];
-                let expected = noise + gain * gain * variance;
-                let cost = residual * residual / expected;
-                cost.is_finite().then_some(cost.min(MOST))
-            };
-            if let (Some(a), Some(b)) = (squared(own, true), squared(other, false)) {
-                sums = [sums[0] + a, sums[1] + b];
-                count += 1.0;
-            }
+    for (pair, gain, place) in samples() {
+        let of_other = squared(lens, pair, gain, place, (other, false));
+        if let (Some(a), Some(b)) = (own_of((pair, gain, place)), of_other) {
+            sums = [sums[0] + a, sums[1] + b];
+            count += 1.0;
         }
     }
     (count > 0.0).then(|| (sums[0] / count, sums[1] / count))
+}
+
+/// Squared residual of a place, in units of the noise, if it had this zeta; `None` where the past image does not
+/// show it, or, for a surface that may be hidden, where it was.
+#[inline]
+fn squared<L: Lens>(
+    lens: &L,
+    pair: &Pair<'_>,
+    gain: f32,
+    place: usize,
+    (zeta, may_hide): (f32, bool),
+) -> Option<f32> {
+    let noise = pair.new.sigma.powi(2) + (gain * pair.past.sigma).powi(2);
+    let there = pair.step.rotation * pair.lattice.ray[place] + pair.step.translation * zeta;
+    let (four, s, t) = pair.lattice.around(lens.project(&there))?;
+    let nearest = four[usize::from(s > 0.5) + 2 * usize::from(t > 0.5)];
+    let surface = pair.surface.get(nearest).copied().unwrap_or(0.0);
+    if may_hide && surface * lens.gauge(&there) > HIDES * zeta {
+        return None;
+    }
+    let [value, _, _, variance] = read(&pair.past.pixel, four, s, t);
+    let residual = gain * value - pair.new.pixel[place][0];
+    let cost = residual * residual / (noise + gain * gain * variance);
+    cost.is_finite().then_some(cost.min(MOST))
 }
 
 #[cfg(test)]
