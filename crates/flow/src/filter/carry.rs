@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 pub(super) const TOGETHER: usize = 64;
 
 /// Neighbours whose zeta differs by less than this share are of one surface.
-const SAME_SURFACE: f32 = 0.03;
+const SAME_SURFACE: f32 = 0.015;
 
 /// A pixel that should have been where there is a surface so much nearer or farther was hidden, and is seen for the
 /// first time.

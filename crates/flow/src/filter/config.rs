@@ -31,27 +31,31 @@ pub struct DepthFilterConfig {
     pub roughness_per_m_rad: f64,
     /// Share of the information that survives a frame.
     pub memory: f64,
-    /// Frames after the start in which only nine tenths survive, so that early mistakes are forgotten.
+    /// Frames after the start in which only four fifths survive, so that early mistakes are forgotten.
     pub start_frames: usize,
     /// Changes of brightness.
     pub brightness: Brightness,
     /// Whether past images are left out where a pixel was hidden in them.
     pub occlusion: bool,
+    /// States of the past that are kept, at most, so that surfaces which come into view again are known at once; 0
+    /// for none. Each takes eight bytes per pixel of the filter. Only with `occlusion`.
+    pub keyframes: usize,
 }
 
 impl Default for DepthFilterConfig {
     fn default() -> Self {
         Self {
             binning: 2,
-            lags: vec![1, 4, 12, 24],
+            lags: vec![1, 4, 12, 24, 48],
             sigma_grey: None,
             initial_range_m: 1.0,
             farthest_m: 20.0,
-            roughness_per_m_rad: 0.034,
-            memory: 0.995,
+            roughness_per_m_rad: 0.012,
+            memory: 0.997,
             start_frames: 30,
             brightness: Brightness::Measured,
             occlusion: true,
+            keyframes: 24,
         }
     }
 }

@@ -24,16 +24,13 @@ const REACH: usize = 10;
 /// Images of fewer columns than this many times the reach have a smaller one.
 const COLUMNS_PER_REACH: usize = 32;
 
-/// Information of a pixel that has changed sides, against that of one seen for the first time.
-const CHOSEN: f32 = 4.0;
-
 /// The other surface must explain the images this much better, and the pixel's own must do so poorly: a perfect
 /// one has a cost of 1.
 const BETTER: f32 = 0.7;
 const POOR: f32 = 1.3;
 
 /// Squared residuals in units of the noise count up to here.
-const MOST: f32 = 16.0;
+const MOST: f32 = 6.0;
 
 impl LensCall<()> for Contest<'_, '_> {
     fn call<L: Lens>(self, lens: &L) {
@@ -66,11 +63,7 @@ impl LensCall<()> for Contest<'_, '_> {
                         costs(lens, pairs, here, (view[here][0], other), width)?;
                     // A pixel that nothing tells apart stays as it is.
                     let better = alternative < BETTER * own && own > POOR;
-                    better.then(|| {
-                        let mut node = fresh(other, false);
-                        node[2] *= CHOSEN;
-                        (here, node)
-                    })
+                    better.then(|| (here, fresh(other, false)))
                 };
                 // Near the border every pixel is asked.
                 let asked = |x: &usize| match x.checked_sub(reach).and_then(|x| beside.get(x)) {

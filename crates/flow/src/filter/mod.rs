@@ -12,6 +12,7 @@ mod doubt;
 mod edges;
 mod gain;
 mod impulses;
+mod keyframes;
 mod lattice;
 mod lens;
 mod motion;
@@ -20,6 +21,7 @@ mod planes;
 mod predict;
 mod prepare;
 mod rolling;
+mod sharpen;
 mod slip;
 mod state;
 mod steps;
@@ -31,6 +33,7 @@ pub use motion::{PoseNoise, VelocityNoise};
 use crate::error::{Error, same_size};
 use crate::{DepthReason, DepthStatus, Result};
 use doubt::Doubt;
+use keyframes::Keyframes;
 use lattice::Lattice;
 use motion::Motion;
 use output::{Output, StdScale};
@@ -58,6 +61,7 @@ pub struct DepthFilter {
     doubt: Doubt,
     /// The past, newest first.
     past: VecDeque<Past>,
+    keyframes: Keyframes,
     updates: usize,
     /// Squared baselines over the variance of the poses, summed with memory: the information on the scale
     /// that all pixels share. Infinite for exact poses.
@@ -144,6 +148,7 @@ impl DepthFilter {
             trust: vec![1.0; pixels],
             doubt: Doubt::new(pixels),
             past: VecDeque::new(),
+            keyframes: Keyframes::new(config.keyframes),
             updates: 0,
             scale_information: 0.0,
             turn_variance: 0.0,
@@ -312,6 +317,10 @@ impl DepthFilter {
                 .smooth(&self.lattice, &mut self.nodes, pixel_noise);
             self.updates += 1;
             self.stale = 1.0;
+            if self.config.occlusion && self.updates >= self.config.start_frames {
+                let present = self.motion.present();
+                self.keyframes.keep(&self.lattice, &self.nodes, &present);
+            }
         } else {
             // What is not measured is less and less certain, as its information fades.
             let growth = (1.0 / self.config.memory) as f32;

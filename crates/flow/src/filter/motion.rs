@@ -1,6 +1,7 @@
 //! The filter's pose: as given, or integrated from velocities with their noise.
 
 use super::deviation;
+use super::keyframes::Present;
 use super::state::Drift;
 use crate::Result;
 use crate::error::{Error, positive};
@@ -48,6 +49,14 @@ impl Default for Motion {
 }
 
 impl Motion {
+    pub fn present(&self) -> Present {
+        Present {
+            world_from_camera: self.pose,
+            drift: self.drift,
+            noise: self.noise,
+        }
+    }
+
     /// True where the stamp comes after the last one.
     pub fn follows(&self, stamp: Stamp) -> bool {
         self.stamp.is_none_or(|last| stamp > last)

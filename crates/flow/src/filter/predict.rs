@@ -6,12 +6,30 @@ use super::lens::Lens;
 use super::state::Node;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
+use sphereflow_core::Pose;
 
 /// The motion: `x_old = rotation x_new + translation`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     pub rotation: Matrix3<f32>,
     pub translation: Vector3<f32>,
+}
+
+impl Step {
+    /// A point of the new camera's ray, over its range, in the old camera.
+    #[inline(always)]
+    pub fn there(&self, ray: &Vector3<f32>, zeta: f32) -> Vector3<f32> {
+        self.rotation * ray + self.translation * zeta
+    }
+}
+
+/// `old_from_new` of two poses in the world.
+pub(super) fn relative(new: &Pose, old: &Pose) -> Step {
+    let old_from_new = old.inverse() * *new;
+    Step {
+        rotation: old_from_new.rotation.to_rotation_matrix().matrix().cast(),
+        translation: old_from_new.translation.cast(),
+    }
 }
 
 /// Carries `old` to the new pose.
@@ -160,20 +178,30 @@ pub(super) fn surface(lattice: &Lattice, nearest: &[f32], x: usize, y: usize) ->
     Seen::First(if farther.is_finite() { farther } else { 0.0 }, weak)
 }
 
+/// Whether nothing of the old frame moved to a pixel, nor to both sides of it.
+pub(super) fn comes_into_view(
+    lattice: &Lattice,
+    nearest: &[f32],
+    (x, y): (usize, usize),
+) -> bool {
+    matches!(surface(lattice, nearest, x, y), Seen::First(..))
+}
+
 pub(super) fn known(zeta: f32) -> f32 {
     if zeta > 0.0 { zeta } else { 1e-3 }
 }
 
 /// Every old pixel at its new place; where several meet, the nearest surface stays.
-struct Splat<'a, L: Lens> {
-    lens: &'a L,
-    lattice: &'a Lattice,
-    step: &'a Step,
-    old: &'a [Node],
-    nearest: &'a mut [f32],
+pub(super) struct Splat<'a, L: Lens, const N: usize> {
+    pub lens: &'a L,
+    pub lattice: &'a Lattice,
+    pub step: &'a Step,
+    /// Zeta, and whatever else.
+    pub old: &'a [[f32; N]],
+    pub nearest: &'a mut [f32],
 }
 
-impl<L: Lens> pulp::WithSimd for Splat<'_, L> {
+impl<L: Lens, const N: usize> pulp::WithSimd for Splat<'_, L, N> {
     type Output = ();
 
     #[inline(always)]

@@ -2,6 +2,7 @@
 
 use super::impulses::{has_impulses, without_impulses};
 use super::lattice::Lattice;
+use super::sharpen::Sharpen;
 use crate::gaussian::Gaussian;
 use rayon::prelude::*;
 use sphereflow_core::Plane;
@@ -32,6 +33,7 @@ pub(super) struct Preparation {
     binning: usize,
     binned: Plane<f32>,
     smooth: Plane<f32>,
+    sharpen: Sharpen,
     /// Noise measured so far, grey levels.
     measured: Option<f32>,
 }
@@ -47,12 +49,19 @@ const LEFT_BY_IMPULSES: f32 = 6.0;
 const SATURATED: f32 = 255.0;
 const BLACK: f32 = 1.0;
 
+/// Standard deviation of the smoothing, pixels: without noise, and what ten grey levels of it add; in places with
+/// paint that stands out of the noise, less.
+const LEAST_SMOOTHING: f32 = 0.5;
+const SMOOTHING: f32 = 0.7;
+const SHARP_SMOOTHING: f32 = 0.2;
+
 impl Preparation {
     pub fn new(width: usize, height: usize, binning: usize) -> Self {
         Self {
             binning,
             binned: Plane::filled(width, height, 0.0),
             smooth: Plane::filled(width, height, 0.0),
+            sharpen: Sharpen::new(width, height),
             measured: None,
         }
     }
@@ -76,10 +85,14 @@ impl Preparation {
         };
         out.impulses = impulses;
         out.known = self.fill_unknown();
-        // Little noise wants little smoothing; ten grey levels and more about a pixel.
+        // Little noise wants little smoothing; ten grey levels and more about a pixel, less where paint stands out.
         let raw = (sigma / self.binning as f32).max(LEAST_SIGMA / self.binning as f32);
-        let gaussian = Gaussian::new(0.5 + 0.7 * (sigma / 10.0).min(1.0));
+        let noisy = (sigma / 10.0).min(1.0);
+        let gaussian = Gaussian::new(LEAST_SMOOTHING + SMOOTHING * noisy);
         gaussian.apply_to(&self.binned, lattice.wraps, &mut self.smooth);
+        let sharp = Gaussian::new(LEAST_SMOOTHING + SHARP_SMOOTHING * noisy);
+        self.sharpen
+            .apply(&self.binned, lattice.wraps, (&gaussian, &sharp), raw, &mut self.smooth);
         out.sigma_raw = raw;
         out.sigma = raw * gaussian.noise_gain().sqrt();
         self.slopes(lattice, &gaussian, &mut out);
@@ -152,6 +165,7 @@ impl Preparation {
     fn slopes(&self, lattice: &Lattice, gaussian: &Gaussian, out: &mut Prepared) {
         let (width, height) = self.smooth.size();
         let (smooth, arch) = (&self.smooth, pulp::Arch::new());
+        let noise = self.sharpen.noise();
         out.pixel.resize(width * height, [0.0; 4]);
         out.pixel
             .par_chunks_mut(width)
@@ -159,6 +173,7 @@ impl Preparation {
             .for_each(|(y, row)| {
                 arch.dispatch(SlopeRow {
                     smooth,
+                    noise: &noise[y * width..][..width],
                     wraps: lattice.wraps,
                     y,
                     row,
@@ -219,6 +234,8 @@ impl BinRow<'_> {
 /// Brightness and slopes of a row, compiled for wide vectors.
 struct SlopeRow<'a> {
     smooth: &'a Plane<f32>,
+    /// Variance on top of that of reading.
+    noise: &'a [f32],
     wraps: bool,
     y: usize,
     row: &'a mut [[f32; 4]],
@@ -243,19 +260,20 @@ impl pulp::WithSimd for SlopeRow<'_> {
                 (c[x] - a[x]) * span,
                 reading(b[left], b[x], b[right], a[x], c[x]),
             );
-            self.row[x] = [b[x], gx, gy, variance];
+            self.row[x] = [b[x], gx, gy, variance + self.noise[x]];
         }
         let count = width - 2;
         let (left, right) = (&b[..count], &b[2..][..count]);
         let [a, b, c] = [a, b, c].map(|row| &row[1..][..count]);
         let row = &mut self.row[1..][..count];
+        let noise = &self.noise[1..][..count];
         for x in 0..count {
             let gx = (right[x] - left[x]) * 0.5;
             let (gy, variance) = (
                 (c[x] - a[x]) * span,
                 reading(left[x], b[x], right[x], a[x], c[x]),
             );
-            row[x] = [b[x], gx, gy, variance];
+            row[x] = [b[x], gx, gy, variance + noise[x]];
         }
     }
 }

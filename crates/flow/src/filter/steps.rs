@@ -2,7 +2,7 @@
 
 use super::contest::Contest;
 use super::gain::{Light, MeasureGain};
-use super::predict::{Predict, Step};
+use super::predict::{Predict, relative};
 use super::prepare::Prepared;
 use super::slip::{Known, MeasureSlip};
 use super::state::{Drift, Node, Past};
@@ -10,7 +10,7 @@ use super::update::{Pair, Tally, Update, fade};
 use super::{Brightness, DepthFilter, DepthStep};
 use crate::{DepthReason, DepthStatus};
 use nalgebra::Rotation3;
-use sphereflow_core::{Plane, Pose};
+use sphereflow_core::Plane;
 
 /// An image with less of its pixels textured, or known, says nothing.
 const LEAST_SHARE: f32 = 0.02;
@@ -66,12 +66,20 @@ impl DepthFilter {
             occlusion: self.config.occlusion,
         });
         std::mem::swap(&mut self.nodes, &mut self.spare);
+        if self.config.occlusion {
+            let (nodes, nearest) = (&mut self.nodes[..], &self.nearest[..]);
+            let present = self.motion.present();
+            self.keyframes
+                .recall(&self.lattice, (nodes, nearest), &present, memory as f32);
+        }
     }
 
     /// Share of information that survives this frame.
     fn memory(&self) -> f64 {
+        /// Share early on, so that first mistakes are forgotten.
+        const EARLY: f64 = 0.8;
         let early = self.updates < self.config.start_frames;
-        if early { 0.9 } else { self.config.memory }
+        if early { EARLY } else { self.config.memory }
     }
 
     /// Information of a pair on the scale of all depths, 1 over relative variance; a lag's pairs share their
@@ -322,13 +330,4 @@ struct Comparison<'a> {
     gain: Vec<f32>,
     /// The past image in the new one's light, where that is another by rows.
     lit: Option<Prepared>,
-}
-
-/// `old_from_new` of two poses in the world.
-fn relative(new: &Pose, old: &Pose) -> Step {
-    let old_from_new = old.inverse() * *new;
-    Step {
-        rotation: old_from_new.rotation.to_rotation_matrix().matrix().cast(),
-        translation: old_from_new.translation.cast(),
-    }
 }

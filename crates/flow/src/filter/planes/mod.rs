@@ -25,7 +25,7 @@ pub(super) const CELL: usize = 4;
 const LEVELS: usize = 5;
 
 /// Surfaces whose zeta differs by less than this share are one.
-const ONE_SURFACE: f64 = 0.05;
+const ONE_SURFACE: f64 = 0.02;
 
 /// A surface whose zeta changes by less than this share per radian is a slope, and not two surfaces.
 pub(super) const SLOPE_PER_RAD: f32 = 2.75;
