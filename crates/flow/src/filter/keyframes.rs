@@ -7,6 +7,7 @@ use super::lattice::{Lattice, LensCall};
 use super::lens::Lens;
 use super::predict::{Splat, Step, comes_into_view, relative};
 use super::state::{Drift, Node};
+use super::tiles::Tiles;
 use nalgebra::Vector3;
 use sphereflow_core::Pose;
 
@@ -282,6 +283,7 @@ impl LensCall<()> for Recall<'_> {
             step: &self.step,
             old: self.known,
             nearest: self.nearest,
+            only: Some(&Tiles::around(self.lattice, self.new)),
         });
         let look = Look {
             lens,

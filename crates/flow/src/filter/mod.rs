@@ -25,6 +25,7 @@ mod sharpen;
 mod slip;
 mod state;
 mod steps;
+mod tiles;
 mod update;
 
 pub use config::{Brightness, DepthFilterConfig};

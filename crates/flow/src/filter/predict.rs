@@ -4,6 +4,7 @@ use super::carry::{Block, Carry, TOGETHER};
 use super::lattice::{Lattice, LensCall};
 use super::lens::Lens;
 use super::state::Node;
+use super::tiles::Tiles;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use sphereflow_core::Pose;
@@ -71,6 +72,7 @@ impl LensCall<()> for Predict<'_> {
                 step: &step,
                 old,
                 nearest,
+                only: None,
             });
         }
         let back = step.rotation.transpose();
@@ -199,6 +201,8 @@ pub(super) struct Splat<'a, L: Lens, const N: usize> {
     /// Zeta, and whatever else.
     pub old: &'a [[f32; N]],
     pub nearest: &'a mut [f32],
+    /// Where surfaces are asked for; everywhere where there is none.
+    pub only: Option<&'a Tiles>,
 }
 
 impl<L: Lens, const N: usize> pulp::WithSimd for Splat<'_, L, N> {
@@ -209,8 +213,16 @@ impl<L: Lens, const N: usize> pulp::WithSimd for Splat<'_, L, N> {
         let (lattice, step) = (self.lattice, self.step);
         self.nearest.fill(0.0);
         let back = step.rotation.transpose();
-        let rays = lattice.ray.chunks(TOGETHER);
-        for (rays, nodes) in rays.zip(self.old.chunks(TOGETHER)) {
+        let rows = lattice.ray.chunks(lattice.width);
+        let rows = rows.zip(self.old.chunks(lattice.width));
+        let blocks = rows.flat_map(|(rays, nodes)| rays.chunks(TOGETHER).zip(nodes.chunks(TOGETHER)));
+        for (rays, nodes) in blocks {
+            let middle = nodes.len() / 2;
+            let moved = back * (rays[middle] - step.translation * nodes[middle][0]);
+            let asked = self.only.is_none_or(|only| only.near(self.lens.project(&moved)));
+            if !asked {
+                continue;
+            }
             let (mut place, mut zeta) = ([[0.0_f32; TOGETHER]; 2], [0.0_f32; TOGETHER]);
             for (i, (ray, node)) in rays.iter().zip(nodes).enumerate() {
                 let moved = back * (ray - step.translation * node[0]);
