@@ -29,6 +29,9 @@ const COLUMNS_PER_REACH: usize = 32;
 const BETTER: f32 = 0.7;
 const POOR: f32 = 1.3;
 
+/// An image that both surfaces explain worse than this does not show the pixel.
+const NEITHER: f32 = 2.0;
+
 /// Squared residuals in units of the noise count up to here.
 const MOST: f32 = 6.0;
 
@@ -165,11 +168,20 @@ fn costs<L: Lens>(
         return None;
     }
     let (mut sums, mut count) = ([0.0_f32; 2], 0.0_f32);
-    for (pair, gain, place) in samples() {
-        let of_other = squared(lens, pair, gain, place, (other, false));
-        if let (Some(a), Some(b)) = (own_of((pair, gain, place)), of_other) {
-            sums = [sums[0] + a, sums[1] + b];
-            count += 1.0;
+    for pair in pairs {
+        let gain = pair.gain[here / width];
+        let (mut of_pair, mut compared) = ([0.0_f32; 2], 0.0_f32);
+        for place in places {
+            let of_other = squared(lens, pair, gain, place, (other, false));
+            if let (Some(a), Some(b)) = (own_of((pair, gain, place)), of_other) {
+                of_pair = [of_pair[0] + a, of_pair[1] + b];
+                compared += 1.0;
+            }
+        }
+        // Where neither surface explains the image, the pixel was hidden in it.
+        if of_pair[0].min(of_pair[1]) <= NEITHER * compared {
+            sums = [sums[0] + of_pair[0], sums[1] + of_pair[1]];
+            count += compared;
         }
     }
     (count > 0.0).then(|| (sums[0] / count, sums[1] / count))

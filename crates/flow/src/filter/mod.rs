@@ -25,7 +25,6 @@ mod sharpen;
 mod slip;
 mod state;
 mod steps;
-mod tiles;
 mod update;
 
 pub use config::{Brightness, DepthFilterConfig};

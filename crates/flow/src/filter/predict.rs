@@ -1,10 +1,10 @@
 //! The state carried from one camera pose to the next.
 
 use super::carry::{Block, Carry, TOGETHER};
+use super::keyframes::Tiles;
 use super::lattice::{Lattice, LensCall};
 use super::lens::Lens;
 use super::state::Node;
-use super::tiles::Tiles;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use sphereflow_core::Pose;
@@ -180,13 +180,12 @@ pub(super) fn surface(lattice: &Lattice, nearest: &[f32], x: usize, y: usize) ->
     Seen::First(if farther.is_finite() { farther } else { 0.0 }, weak)
 }
 
-/// Whether nothing of the old frame moved to a pixel, nor to both sides of it.
-pub(super) fn comes_into_view(
-    lattice: &Lattice,
-    nearest: &[f32],
-    (x, y): (usize, usize),
-) -> bool {
-    matches!(surface(lattice, nearest, x, y), Seen::First(..))
+/// Zeta of what moved to a pixel or to both sides of it; 0 where nothing did.
+pub(super) fn seen_again(lattice: &Lattice, nearest: &[f32], (x, y): (usize, usize)) -> f32 {
+    match surface(lattice, nearest, x, y) {
+        Seen::Again(zeta) | Seen::Between(zeta) => zeta,
+        Seen::First(..) => 0.0,
+    }
 }
 
 pub(super) fn known(zeta: f32) -> f32 {
@@ -215,11 +214,14 @@ impl<L: Lens, const N: usize> pulp::WithSimd for Splat<'_, L, N> {
         let back = step.rotation.transpose();
         let rows = lattice.ray.chunks(lattice.width);
         let rows = rows.zip(self.old.chunks(lattice.width));
-        let blocks = rows.flat_map(|(rays, nodes)| rays.chunks(TOGETHER).zip(nodes.chunks(TOGETHER)));
+        let blocks =
+            rows.flat_map(|(rays, nodes)| rays.chunks(TOGETHER).zip(nodes.chunks(TOGETHER)));
         for (rays, nodes) in blocks {
             let middle = nodes.len() / 2;
             let moved = back * (rays[middle] - step.translation * nodes[middle][0]);
-            let asked = self.only.is_none_or(|only| only.near(self.lens.project(&moved)));
+            let asked = self
+                .only
+                .is_none_or(|only| only.near(self.lens.project(&moved)));
             if !asked {
                 continue;
             }

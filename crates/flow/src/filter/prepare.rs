@@ -91,8 +91,13 @@ impl Preparation {
         let gaussian = Gaussian::new(LEAST_SMOOTHING + SMOOTHING * noisy);
         gaussian.apply_to(&self.binned, lattice.wraps, &mut self.smooth);
         let sharp = Gaussian::new(LEAST_SMOOTHING + SHARP_SMOOTHING * noisy);
-        self.sharpen
-            .apply(&self.binned, lattice.wraps, (&gaussian, &sharp), raw, &mut self.smooth);
+        self.sharpen.apply(
+            &self.binned,
+            lattice.wraps,
+            (&gaussian, &sharp),
+            raw,
+            &mut self.smooth,
+        );
         out.sigma_raw = raw;
         out.sigma = raw * gaussian.noise_gain().sqrt();
         self.slopes(lattice, &gaussian, &mut out);

@@ -121,3 +121,58 @@ impl pulp::WithSimd for MixRow<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDTH: usize = 64;
+    const HEIGHT: usize = 48;
+    const SIGMA: f32 = 5.0;
+    /// The column of a strong edge.
+    const EDGE: usize = 30;
+
+    #[test]
+    fn faint_paint_stays_smooth_and_strong_edges_become_sharp() {
+        let (wide, sharp) = (Gaussian::new(1.2), Gaussian::new(0.7));
+        let raw = Plane::from_fn(WIDTH, HEIGHT, |x, _| match x {
+            x if x >= EDGE => 220.0,
+            x if x % 4 == 0 => 41.0,
+            _ => 40.0,
+        });
+        let smoothed = |gaussian: &Gaussian| {
+            let mut out = raw.clone();
+            gaussian.apply(&raw, &mut out);
+            out
+        };
+        let (of_wide, of_sharp) = (smoothed(&wide), smoothed(&sharp));
+        let mut mix = of_wide.clone();
+        let mut sharpen = Sharpen::new(WIDTH, HEIGHT);
+        sharpen.apply(&raw, false, (&wide, &sharp), SIGMA, &mut mix);
+        let more = 2.0 * (sharp.noise_gain() - wide.noise_gain()) * SIGMA * SIGMA;
+        for y in 0..HEIGHT {
+            for x in (0..EDGE - 8).chain(EDGE + 8..WIDTH) {
+                assert!((mix[(x, y)] - of_wide[(x, y)]).abs() < 1e-3, "{x}, {y}");
+                assert!(sharpen.noise()[y * WIDTH + x] < 1e-3 * more);
+            }
+            for x in [EDGE - 1, EDGE] {
+                let off = (mix[(x, y)] - of_sharp[(x, y)]).abs();
+                assert!(off < 0.02 * (of_wide[(x, y)] - of_sharp[(x, y)]).abs());
+                assert!((sharpen.noise()[y * WIDTH + x] / more - 1.0).abs() < 0.02);
+            }
+        }
+    }
+
+    #[test]
+    fn where_both_smooth_alike_nothing_changes() {
+        let raw = Plane::from_fn(WIDTH, HEIGHT, |x, y| ((x * y) % 50) as f32);
+        let gaussian = Gaussian::new(0.5);
+        let mut image = raw.clone();
+        gaussian.apply(&raw, &mut image);
+        let before = image.clone();
+        let mut sharpen = Sharpen::new(WIDTH, HEIGHT);
+        sharpen.apply(&raw, false, (&gaussian, &gaussian), SIGMA, &mut image);
+        assert!(image == before);
+        assert!(sharpen.noise().iter().all(|v| *v == 0.0));
+    }
+}

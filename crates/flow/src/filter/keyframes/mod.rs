@@ -3,12 +3,18 @@
 //! What the state knew of ranges is kept for some poses of the past. A pixel that comes into view is looked up
 //! in the keyframes in which it should be, and begins with what one of them saw there.
 
+mod recall;
+#[cfg(test)]
+mod tests;
+mod tiles;
+
+pub(super) use tiles::Tiles;
+
 use super::lattice::{Lattice, LensCall};
 use super::lens::Lens;
-use super::predict::{Splat, Step, comes_into_view, relative};
+use super::predict::{Step, relative, seen_again};
 use super::state::{Drift, Node};
-use super::tiles::Tiles;
-use nalgebra::Vector3;
+use recall::Recall;
 use sphereflow_core::Pose;
 
 /// Keyframes that are looked into in a step.
@@ -31,18 +37,6 @@ const GRID: usize = 3;
 
 /// Uncertainty of places in a keyframe, pixels, beyond which it is not asked.
 const LARGEST_DOUBT_PX: f32 = 2.0;
-
-/// Relative deviation up to which a range is remembered.
-const KNOWN: f32 = 0.1;
-
-/// What a range is known by is what so many pixels have said together, each of which is remembered by itself.
-const SHARED: f32 = 64.0;
-
-/// Neighbours whose zeta differs by less than this share are of one surface.
-const SAME_SURFACE: f32 = 0.03;
-
-/// Where a keyframe shows a surface that is nearer or farther by this share, the pixel was hidden.
-const OTHER_SURFACE: f32 = 0.1;
 
 /// Zeta and its variance.
 type Known = [f32; 2];
@@ -145,7 +139,7 @@ impl Keyframes {
         let pixels = nearest.iter().enumerate();
         let unseen = pixels.filter(|(i, zeta)| {
             let place = (i % lattice.width, i / lattice.width);
-            **zeta <= 0.0 && comes_into_view(lattice, nearest, place)
+            **zeta <= 0.0 && seen_again(lattice, nearest, place) == 0.0
         });
         self.new.clear();
         self.new.extend(unseen.map(|(i, _)| i as u32));
@@ -170,12 +164,7 @@ impl Keyframes {
     }
 
     /// The keyframe in which most of the new pixels should be.
-    fn that_saw_most(
-        &self,
-        lattice: &Lattice,
-        nodes: &[Node],
-        present: &Present,
-    ) -> Option<usize> {
+    fn that_saw_most(&self, lattice: &Lattice, nodes: &[Node], present: &Present) -> Option<usize> {
         let saw = |kept: &Keyframe| {
             let doubt = present.against(&kept.at).rotation.sqrt() * lattice.focal_px;
             // Also false for NaN.
@@ -258,105 +247,5 @@ impl LensCall<usize> for Inside<'_> {
             self.lattice.around(lens.project(&there)).is_some()
         };
         self.new.iter().step_by(EVERY).filter(inside).count()
-    }
-}
-
-/// The new pixels as a keyframe saw them; those that it did not see stay in `new`.
-struct Recall<'a> {
-    lattice: &'a Lattice,
-    /// To the keyframe.
-    step: Step,
-    known: &'a [Known],
-    nodes: &'a mut [Node],
-    new: &'a mut Vec<u32>,
-    /// Scratch: nearest surface of the keyframe in each pixel.
-    nearest: &'a mut [f32],
-    memory: f32,
-    drift: Drift,
-}
-
-impl LensCall<()> for Recall<'_> {
-    fn call<L: Lens>(self, lens: &L) {
-        pulp::Arch::new().dispatch(Splat {
-            lens,
-            lattice: self.lattice,
-            step: &self.step,
-            old: self.known,
-            nearest: self.nearest,
-            only: Some(&Tiles::around(self.lattice, self.new)),
-        });
-        let look = Look {
-            lens,
-            lattice: self.lattice,
-            step: &self.step,
-            known: self.known,
-        };
-        let (nodes, nearest) = (self.nodes, &*self.nearest);
-        self.new.retain(|at| {
-            let at = *at as usize;
-            let found = look.at(at, nearest[at]).map(|[zeta, variance]| {
-                let moved = zeta.powi(4) * self.drift.translation;
-                [zeta, variance / self.memory + moved]
-            });
-            let known = found.filter(|[zeta, variance]| *variance < (KNOWN * zeta).powi(2));
-            if let Some([zeta, variance]) = known {
-                nodes[at] = [zeta, 0.0, 1.0 / (SHARED * variance), variance];
-            }
-            known.is_none()
-        });
-    }
-}
-
-/// Looks single pixels up in a keyframe.
-struct Look<'a, L: Lens> {
-    lens: &'a L,
-    lattice: &'a Lattice,
-    step: &'a Step,
-    known: &'a [Known],
-}
-
-impl<L: Lens> Look<'_, L> {
-    /// Zeta and variance at a pixel to which a surface of about this zeta moved; `None` where the keyframe shows
-    /// another one, or no surface moved there.
-    fn at(&self, at: usize, guess: f32) -> Option<Known> {
-        /// Of places in the keyframe, and of what is there: what moved to the pixel says nearly where.
-        const ROUNDS: usize = 2;
-        let (mut zeta, mut variance) = (guess, 0.0);
-        for _ in 0..ROUNDS {
-            if zeta <= 0.0 {
-                return None;
-            }
-            let there = self.step.there(&self.lattice.ray[at], zeta);
-            let gauge = self.lens.gauge(&there);
-            let seen = zeta / gauge;
-            let found = self.around(self.lens.project(&there), seen)?;
-            let back = self.step.rotation.transpose();
-            let moved: Vector3<f32> = back * (there / gauge - self.step.translation * found[0]);
-            let per_size = 1.0 / self.lens.gauge(&moved);
-            zeta = found[0] * per_size;
-            // Near the derivative of the new zeta by the old one, for turns of less than a right angle.
-            variance = found[1] * per_size.powi(4);
-        }
-        (zeta > 0.0 && variance.is_finite()).then_some([zeta, variance])
-    }
-
-    /// The mix of the pixels around a place that are of the surface of `seen`.
-    fn around(&self, place: [f32; 2], seen: f32) -> Option<Known> {
-        let (four, s, t) = self.lattice.around(place)?;
-        let shares = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
-        let off = |i: usize| (self.known[i][0] - seen).abs();
-        let closest = four.into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
-        let middle = self.known[closest][0];
-        if off(closest) > OTHER_SURFACE * seen {
-            return None;
-        }
-        let (mut sum, mut total) = (self.known[closest].map(|v| 1e-3 * v), 1e-3);
-        for (i, share) in four.into_iter().zip(shares) {
-            if (self.known[i][0] - middle).abs() < SAME_SURFACE * middle {
-                sum = std::array::from_fn(|k| sum[k] + share * self.known[i][k]);
-                total += share;
-            }
-        }
-        Some(sum.map(|v| v / total))
     }
 }

@@ -1,7 +1,7 @@
 //! Parts of the image near some of its pixels.
 
-use super::carry::TOGETHER;
-use super::lattice::Lattice;
+use crate::filter::carry::TOGETHER;
+use crate::filter::lattice::Lattice;
 
 /// Pixels to a side of a tile.
 const SIDE: usize = 8;
@@ -11,7 +11,7 @@ const SIDE: usize = 8;
 const REACH: usize = TOGETHER / 2 / SIDE + 1;
 
 /// Which tiles are near one of the pixels.
-pub(super) struct Tiles {
+pub(in crate::filter) struct Tiles {
     columns: usize,
     rows: usize,
     wraps: bool,
@@ -71,7 +71,9 @@ impl Tiles {
             return false;
         }
         let most = (self.columns - 1) as isize;
-        let x = self.inside(x as isize).unwrap_or((x as isize).clamp(0, most) as usize);
+        let x = self
+            .inside(x as isize)
+            .unwrap_or((x as isize).clamp(0, most) as usize);
         let y = (y as isize).clamp(0, self.rows as isize - 1) as usize;
         self.near[y * self.columns + x]
     }
