@@ -107,15 +107,15 @@ def test_depth_filter_without_translation_keeps_its_state_and_trusts_it_less(
         stamp_ns = FRAMES[29].stamp_ns + count * 10**7
         result = depth_filter.step(seen, world_from_camera=pose, stamp_ns=stamp_ns)
         assert known_everywhere(result)
-        if result.status == "unobservable":
-            still.append(result)
+        # Image 28 is the last from elsewhere; it is 48 images back at the 47th.
+        if count > 47:
+            assert result.status == "unobservable"
             assert result.reason is not None
             assert words in result.reason
-    # Image 28 is the last from elsewhere; it leaves the memory of 24 images at the 24th.
-    assert len(still) == 90 - 23
+            still.append(result)
     assert apart(still[0], still[-1]) < CARRIED
-    # Variances grow as the information fades, by half a percent an image.
-    grown = 0.995 ** (-0.5 * (len(still) - 1))
+    # Variances grow as the information fades, by a third of a percent an image.
+    grown = 0.997 ** (-0.5 * (len(still) - 1))
     assert uncertainty(still[-1]) > 0.98 * grown * uncertainty(still[0])
 
 

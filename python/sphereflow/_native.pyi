@@ -910,9 +910,10 @@ class DepthFilter:
         lags: Sequence[int] = ...,
         sigma_grey: float | None = None,
         initial_range_m: float = 1.0,
-        roughness_per_m_rad: float = 0.034,
+        roughness_per_m_rad: float = 0.012,
         brightness: Literal["measured", "constant"] = "measured",
         occlusion: bool = True,
+        keyframes: int = 24,
     ) -> DepthFilter: ...
     @property
     def camera(self) -> Camera: ...

@@ -9,7 +9,7 @@ from sphereflow.depth import DepthFilter
 
 FIRST = 200
 FRAMES = 120
-LAGS = (1, 2, 6, 12)  # of 30 images in a second
+LAGS = (1, 3, 9, 24)  # of 30 images in a second
 SETTLED = 40
 """Frames before results are judged."""
 

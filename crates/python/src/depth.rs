@@ -117,6 +117,9 @@ pub fn twist(v_m_s: &Bound<'_, PyAny>, omega_rad_s: &Bound<'_, PyAny>) -> PyResu
 ///     Whether changes of light are measured and taken out.
 /// occlusion : bool
 ///     Whether past images are left out where a pixel was hidden.
+/// keyframes : int
+///     States of the past that are kept, at most, so that surfaces which come into view again are known at
+///     once; 0 for none. Each takes eight bytes per pixel of the filter. Only with `occlusion`.
 #[pyclass(name = "DepthFilter", module = "sphereflow.depth")]
 pub struct PyDepthFilter {
     filter: DepthFilter,
@@ -125,7 +128,7 @@ pub struct PyDepthFilter {
 #[pymethods]
 impl PyDepthFilter {
     #[new]
-    #[pyo3(signature = (camera, *, binning = 2, lags = vec![1, 4, 12, 24], sigma_grey = None, initial_range_m = 1.0, roughness_per_m_rad = 0.034, brightness = "measured", occlusion = true))]
+    #[pyo3(signature = (camera, *, binning = 2, lags = vec![1, 6, 18, 48], sigma_grey = None, initial_range_m = 1.0, roughness_per_m_rad = 0.012, brightness = "measured", occlusion = true, keyframes = 24))]
     #[allow(clippy::too_many_arguments)] // keyword arguments of Python
     fn new(
         camera: &PyCamera,
@@ -136,6 +139,7 @@ impl PyDepthFilter {
         roughness_per_m_rad: f64,
         brightness: &str,
         occlusion: bool,
+        keyframes: usize,
     ) -> PyResult<Self> {
         let brightness = match brightness {
             "measured" => Brightness::Measured,
@@ -154,6 +158,7 @@ impl PyDepthFilter {
             roughness_per_m_rad,
             brightness,
             occlusion,
+            keyframes,
             ..DepthFilterConfig::default()
         };
         let filter = DepthFilter::new(&camera.0, config).into_python()?;

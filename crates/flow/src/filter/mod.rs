@@ -101,14 +101,12 @@ const COMMON_FACTOR: f64 = 2.0;
 /// From the measured rotations' variance over the longest baseline to that of all ranges.
 const SHARED_FACTOR: f64 = 3.0;
 
-/// From the state's variance to the errors seen on simulated rooms (`depth_accuracy`); the floor is that
-/// of slopes by differences and of images read between pixels.
-const STD: StdScale = StdScale {
-    factor: 1.2,
-    floor: 1.5e-4,
-    common: 0.0,
-    stale: 1.0,
-};
+/// From the state's deviation to the errors seen on simulated rooms (`depth_accuracy`).
+const STD_FACTOR: f32 = 1.2;
+
+/// Relative error of slopes by differences and of images read between pixels, that no measurement takes away, for a
+/// pixel of one radian: the finer pixels are, the less it is.
+const FLOOR_PER_RAD: f32 = 0.05;
 
 impl DepthFilter {
     /// For a camera.
@@ -267,9 +265,10 @@ impl DepthFilter {
             0.0
         };
         StdScale {
+            factor: STD_FACTOR,
+            floor: FLOOR_PER_RAD / self.lattice.focal_px,
             common,
             stale: self.stale,
-            ..STD
         }
     }
 
