@@ -5,7 +5,7 @@ use std::fmt;
 /// What a step of an observer, a filter or a variational method has brought.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DepthStatus {
-    /// The first image: it starts the estimate, it measures nothing.
+    /// The first image, or one after a gap: there is none to compare it with, it measures nothing.
     Started,
     /// Depth was measured.
     Updated,

@@ -9,9 +9,6 @@ use nalgebra::{Matrix3, Vector3};
 /// Pixels that are worked on together: their numbers stay in registers and the first cache.
 pub(super) const TOGETHER: usize = 64;
 
-/// Neighbours whose zeta differs by less than this share are of one surface.
-const SAME_SURFACE: f32 = 0.015;
-
 /// A pixel that should have been where there is a surface so much nearer or farther was hidden, and is seen for the
 /// first time.
 const OTHER_SURFACE: f32 = 0.1;
@@ -122,11 +119,11 @@ impl Block {
             let [a, b, c, d] = four.map(|i| carry.old[i][0]);
             let range = a.max(b).max(c.max(d)) - a.min(b).min(c.min(d));
             // What is mixed across an edge frame by frame would wash it out.
-            let same = range < SAME_SURFACE * seen;
+            let same = range < carry.lattice.same_surface * seen;
             self.node[i] = if same || round == 0 {
                 node
             } else {
-                nearest_of(carry.old, four, s, t, seen)
+                nearest_of(carry.old, four, (s, t), (seen, carry.lattice.same_surface))
             };
         }
     }
@@ -190,7 +187,12 @@ impl Block {
 }
 
 /// The mix of those of four pixels whose surface is the one of `seen`; the closest, where none is.
-fn nearest_of(old: &[Node], four: [usize; 4], s: f32, t: f32, seen: f32) -> Node {
+fn nearest_of(
+    old: &[Node],
+    four: [usize; 4],
+    (s, t): (f32, f32),
+    (seen, same): (f32, f32),
+) -> Node {
     let shares = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
     let distance = |i: usize| (old[i][0] - seen).abs();
     let mut best = four[0];
@@ -202,7 +204,7 @@ fn nearest_of(old: &[Node], four: [usize; 4], s: f32, t: f32, seen: f32) -> Node
     let centre = old[best][0];
     let (mut sum, mut total) = ([0.0_f32; 4], 0.0_f32);
     for (place, share) in four.into_iter().zip(shares) {
-        if (old[place][0] - centre).abs() < SAME_SURFACE * centre {
+        if (old[place][0] - centre).abs() < same * centre {
             for (sum, value) in sum.iter_mut().zip(old[place]) {
                 *sum += share * value;
             }

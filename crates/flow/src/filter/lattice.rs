@@ -1,6 +1,7 @@
 //! The filter's pixels: rays in the gauge, and reading between them.
 
 use super::lens::{GeneralLens, Lens, PinholeLens};
+use super::planes::SLOPE_PER_RAD;
 use crate::Result;
 use crate::error::Error;
 use nalgebra::{Vector2, Vector3};
@@ -17,7 +18,12 @@ pub(super) struct Lattice {
     pub lens: AnyLens,
     /// Pixels per radian in the middle of the image.
     pub focal_px: f32,
+    /// Neighbours whose zeta differs by less than this share are of one surface: noise, and a slope over a pixel.
+    pub same_surface: f32,
 }
+
+/// What noise makes neighbours' zeta differ by, as a share.
+const SAME_SURFACE: f32 = 0.007;
 
 /// Which of both lenses.
 #[derive(Clone, Debug)]
@@ -42,11 +48,13 @@ impl Lattice {
             .collect::<Vec<_>>();
         let middle = height / 2 * width + width / 2;
         let step = (unit(&ray[middle + 1]) - unit(&ray[middle])).norm();
+        let focal_px = if step > 0.0 { 1.0 / step } else { width as f32 };
         Ok(Self {
             width,
             height,
             wraps: camera.wraps_around(),
-            focal_px: if step > 0.0 { 1.0 / step } else { width as f32 },
+            focal_px,
+            same_surface: SAME_SURFACE + SLOPE_PER_RAD / focal_px,
             ray,
             lens,
         })

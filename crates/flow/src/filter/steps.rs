@@ -99,8 +99,8 @@ impl DepthFilter {
             let share = f64::from(prepared.textured);
             return DepthStatus::Unusable(DepthReason::NoTexture { share });
         }
-        // Unusable images leave gaps in the past: with nothing but gaps, this is the first.
-        if self.past.iter().all(|past| past.image.pixel.is_empty()) {
+        // Unusable images leave gaps in the past: it may have nothing to compare with.
+        if self.compared().next().is_none() {
             return DepthStatus::Started;
         }
         let least_m = self.least_baseline_m();

@@ -14,9 +14,6 @@ const KNOWN: f32 = 0.1;
 /// What a range is known by is what so many pixels have said together, each of which is remembered by itself.
 const SHARED: f32 = 64.0;
 
-/// Neighbours whose zeta differs by less than this share are of one surface.
-const SAME_SURFACE: f32 = 0.03;
-
 /// Where a keyframe shows a surface that is nearer or farther by this share, the pixel was hidden.
 const OTHER_SURFACE: f32 = 0.1;
 
@@ -117,7 +114,7 @@ impl<L: Lens> Look<'_, L> {
         }
         let (mut sum, mut total) = (self.known[closest].map(|v| 1e-3 * v), 1e-3);
         for (i, share) in four.into_iter().zip(shares) {
-            if (self.known[i][0] - middle).abs() < SAME_SURFACE * middle {
+            if (self.known[i][0] - middle).abs() < self.lattice.same_surface * middle {
                 sum = std::array::from_fn(|k| sum[k] + share * self.known[i][k]);
                 total += share;
             }
