@@ -212,18 +212,24 @@ impl<L: Lens, const N: usize> pulp::WithSimd for Splat<'_, L, N> {
         let (lattice, step) = (self.lattice, self.step);
         self.nearest.fill(0.0);
         let back = step.rotation.transpose();
-        let rows = lattice.ray.chunks(lattice.width);
-        let rows = rows.zip(self.old.chunks(lattice.width));
-        let blocks =
-            rows.flat_map(|(rays, nodes)| rays.chunks(TOGETHER).zip(nodes.chunks(TOGETHER)));
-        for (rays, nodes) in blocks {
-            let middle = nodes.len() / 2;
-            let moved = back * (rays[middle] - step.translation * nodes[middle][0]);
-            let asked = self
-                .only
-                .is_none_or(|only| only.near(self.lens.project(&moved)));
-            if !asked {
-                continue;
+        let width = lattice.width;
+        let together = if self.only.is_some() {
+            Tiles::TOGETHER
+        } else {
+            TOGETHER
+        };
+        let mut first = 0;
+        while first < self.old.len() {
+            // Not beyond the end of a row.
+            let count = together.min(width - first % width);
+            let (rays, nodes) = (&lattice.ray[first..][..count], &self.old[first..][..count]);
+            first += count;
+            if let Some(only) = self.only {
+                let middle = count / 2;
+                let moved = back * (rays[middle] - step.translation * nodes[middle][0]);
+                if !only.near(self.lens.project(&moved)) {
+                    continue;
+                }
             }
             let (mut place, mut zeta) = ([[0.0_f32; TOGETHER]; 2], [0.0_f32; TOGETHER]);
             for (i, (ray, node)) in rays.iter().zip(nodes).enumerate() {

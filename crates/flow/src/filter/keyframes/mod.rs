@@ -136,13 +136,15 @@ impl Keyframes {
         if self.kept.is_empty() {
             return;
         }
-        let pixels = nearest.iter().enumerate();
-        let unseen = pixels.filter(|(i, zeta)| {
-            let place = (i % lattice.width, i / lattice.width);
-            **zeta <= 0.0 && seen_again(lattice, nearest, place) == 0.0
-        });
         self.new.clear();
-        self.new.extend(unseen.map(|(i, _)| i as u32));
+        let width = lattice.width;
+        for (y, row) in nearest.chunks_exact(width).enumerate() {
+            for (x, zeta) in row.iter().enumerate() {
+                if *zeta <= 0.0 && seen_again(lattice, nearest, (x, y)) == 0.0 {
+                    self.new.push((y * width + x) as u32);
+                }
+            }
+        }
         self.nearest.resize(nodes.len(), 0.0);
         for _ in 0..ASKED {
             let Some(most) = self.that_saw_most(lattice, nodes, present) else {

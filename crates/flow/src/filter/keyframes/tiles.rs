@@ -1,6 +1,5 @@
 //! Parts of the image near some of its pixels.
 
-use crate::filter::carry::TOGETHER;
 use crate::filter::lattice::Lattice;
 
 /// Pixels to a side of a tile.
@@ -8,7 +7,7 @@ const SIDE: usize = 8;
 
 /// Tiles to each side that count as near: as far as the middle of pixels that are worked on together may be from
 /// the last of them.
-const REACH: usize = TOGETHER / 2 / SIDE + 1;
+const REACH: usize = Tiles::TOGETHER / 2 / SIDE + 1;
 
 /// Which tiles are near one of the pixels.
 pub(in crate::filter) struct Tiles {
@@ -19,6 +18,9 @@ pub(in crate::filter) struct Tiles {
 }
 
 impl Tiles {
+    /// Pixels of a row, at most, that are near by where their middle is.
+    pub const TOGETHER: usize = 16;
+
     pub fn around(lattice: &Lattice, pixels: &[u32]) -> Self {
         let columns = lattice.width.div_ceil(SIDE);
         let rows = lattice.height.div_ceil(SIDE);
@@ -89,23 +91,24 @@ mod tests {
     const HEIGHT: usize = 160;
 
     #[test]
-    fn pixels_within_half_a_block_are_near_and_those_beyond_a_block_are_not() {
+    fn pixels_within_half_a_block_are_near_and_those_blocks_away_are_not() {
         let pinhole = Camera::pinhole(200.0, 200.0, 159.5, 79.5, WIDTH, HEIGHT).unwrap();
         let sphere = Camera::equirectangular(WIDTH, HEIGHT).unwrap();
         for camera in [pinhole, sphere] {
             let lattice = Lattice::new(&camera).unwrap();
             let pixel = (300_usize, 60_usize);
             let tiles = Tiles::around(&lattice, &[(pixel.1 * WIDTH + pixel.0) as u32]);
-            let half = (TOGETHER / 2) as f32;
+            let half = (Tiles::TOGETHER / 2) as f32;
             let (px, py) = (pixel.0 as f32, pixel.1 as f32);
             for (dx, dy) in [(-half, 0.0), (19.0, -half), (0.0, half), (-half, half)] {
                 assert!(tiles.near([px + dx, py + dy]), "{dx}, {dy}");
             }
             // Beyond the image's border, or around it.
-            let beyond = px + half;
+            let beyond = px + 3.0 * half;
             assert!(tiles.near([beyond, py]), "beyond the border");
             assert_eq!(tiles.near([beyond - WIDTH as f32, py]), lattice.wraps);
-            for (dx, dy) in [(-(TOGETHER as f32), 0.0), (0.0, TOGETHER as f32)] {
+            let far = (3 * Tiles::TOGETHER) as f32;
+            for (dx, dy) in [(-far, 0.0), (0.0, far)] {
                 assert!(!tiles.near([px + dx, py + dy]), "{dx}, {dy}");
             }
             assert!(!tiles.near([f32::NAN, py]));
