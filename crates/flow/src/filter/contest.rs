@@ -19,10 +19,13 @@ const EDGE: f32 = 0.06;
 /// Distances in pixels at which the other surface is looked for: beside an edge, and across a slope that
 /// has grown where something came out from behind something.
 const NEAR: usize = 2;
-const REACH: usize = 10;
+const REACH: usize = 6;
 
 /// Images of fewer columns than this many times the reach have a smaller one.
 const COLUMNS_PER_REACH: usize = 32;
+
+/// Relative deviation up to which the other surface may offer itself: what hardly anything is known of spreads otherwise.
+const CREDIBLE: f32 = 0.1;
 
 /// The other surface must explain the images this much better, and the pixel's own must do so poorly: a perfect
 /// one has a cost of 1.
@@ -125,17 +128,18 @@ fn other_surface(
     reach: usize,
 ) -> Option<f32> {
     let own = nodes[y * width + x][0];
-    let at = |x: usize, y: usize| nodes[y * width + x][0];
+    let at = |x: usize, y: usize| &nodes[y * width + x];
     let mut other = own;
     for r in [NEAR, reach] {
         let (left, right) = (x.saturating_sub(r), (x + r).min(width - 1));
         let (up, down) = (y.saturating_sub(r), (y + r).min(height - 1));
         for [before, after] in [[at(left, y), at(right, y)], [at(x, up), at(x, down)]] {
             // A slope is no edge.
-            if (before + after - 2.0 * own).abs() > EDGE * own {
-                for zeta in [before, after] {
+            if (before[0] + after[0] - 2.0 * own).abs() > EDGE * own {
+                for [zeta, _, _, variance] in [before, after] {
+                    let credible = *variance < (CREDIBLE * zeta).powi(2);
                     let farther = (zeta - own).abs() > (other - own).abs();
-                    other = if farther { zeta } else { other };
+                    other = if credible && farther { *zeta } else { other };
                 }
             }
         }

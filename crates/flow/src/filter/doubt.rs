@@ -1,5 +1,6 @@
 //! What makes a pixel's range more or less certain than its variance says.
 
+use super::lattice::Lattice;
 use super::state::Node;
 use super::update::Tally;
 
@@ -45,9 +46,17 @@ impl Doubt {
         }
     }
 
-    /// Before any pair of an image has spoken.
-    pub fn begin(&mut self) {
-        self.since.fill(0.0);
+    /// Before any pair of an image has spoken. Its outermost `margin` pixels are not compared: what stands there now
+    /// is not known, however well known that was which stood there before.
+    pub fn begin(&mut self, lattice: &Lattice, margin: usize) {
+        let (width, height) = (lattice.width, lattice.height);
+        let sides = if lattice.wraps { 0 } else { margin };
+        for (y, row) in self.since.chunks_exact_mut(width).enumerate() {
+            let whole = y < margin || y + margin >= height;
+            row.fill(if whole { 1.0 } else { 0.0 });
+            row[..sides].fill(1.0);
+            row[width - sides..].fill(1.0);
+        }
     }
 
     pub fn views(&mut self) -> Views<'_> {

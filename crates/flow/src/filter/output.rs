@@ -62,11 +62,12 @@ impl Output {
                 for (x, (left, right, s)) in columns.iter().enumerate() {
                     let [a, b] = [top + left, top + right];
                     let [c, d] = [bottom + left, bottom + right];
-                    let read =
-                        |k: usize| mix([nodes[a][k], nodes[b][k], nodes[c][k], nodes[d][k]], *s, t);
+                    let all = |k: usize| [nodes[a][k], nodes[b][k], nodes[c][k], nodes[d][k]];
+                    // Variances are not extrapolated: two that differ would leave none beyond the smaller one.
+                    let within = (s.clamp(0.0, 1.0), t.clamp(0.0, 1.0));
+                    let (zeta, variance) = (mix(all(0), *s, t), mix(all(3), within.0, within.1));
                     // Extrapolation by a quarter of a pixel must not leave what is possible.
                     let corner = nodes[a][0];
-                    let (zeta, variance) = (read(0), read(3).max(0.0));
                     let zeta = if zeta < 0.5 * corner {
                         0.5 * corner
                     } else {
@@ -74,8 +75,9 @@ impl Output {
                     };
                     let metres = length[x] / zeta;
                     let square = zeta * zeta;
-                    let against = mix([doubts[a], doubts[b], doubts[c], doubts[d]], *s, t);
-                    let other = edges.variance(zeta, *left, row_cell) + against.max(0.0) * square;
+                    let doubts = [doubts[a], doubts[b], doubts[c], doubts[d]];
+                    let against = mix(doubts, within.0, within.1);
+                    let other = edges.variance(zeta, *left, row_cell) + against * square;
                     let deviation = scale.of(doubt.of_noise(variance, square), other, zeta);
                     let known = metres > 0.0 && metres.is_finite();
                     range[x] = if known { metres } else { f32::NAN };

@@ -1,8 +1,8 @@
 //! From a camera's image to the filter's: noise measured, impulses out, binned, smoothed, with slopes.
 
+use super::faint::shrink;
 use super::impulses::{has_impulses, without_impulses};
 use super::lattice::Lattice;
-use super::sharpen::Sharpen;
 use crate::gaussian::Gaussian;
 use rayon::prelude::*;
 use sphereflow_core::Plane;
@@ -33,7 +33,6 @@ pub(super) struct Preparation {
     binning: usize,
     binned: Plane<f32>,
     smooth: Plane<f32>,
-    sharpen: Sharpen,
     /// Noise measured so far, grey levels.
     measured: Option<f32>,
 }
@@ -49,11 +48,10 @@ const LEFT_BY_IMPULSES: f32 = 6.0;
 const SATURATED: f32 = 255.0;
 const BLACK: f32 = 1.0;
 
-/// Standard deviation of the smoothing, pixels: without noise, and what ten grey levels of it add; in places with
-/// paint that stands out of the noise, less.
+/// Standard deviation of the smoothing, pixels: without noise, and what ten grey levels of it add. More is no better
+/// for faint paint, whose slopes are scaled, and blurs edges.
 const LEAST_SMOOTHING: f32 = 0.5;
-const SMOOTHING: f32 = 0.7;
-const SHARP_SMOOTHING: f32 = 0.2;
+const SMOOTHING: f32 = 0.3;
 
 impl Preparation {
     pub fn new(width: usize, height: usize, binning: usize) -> Self {
@@ -61,7 +59,6 @@ impl Preparation {
             binning,
             binned: Plane::filled(width, height, 0.0),
             smooth: Plane::filled(width, height, 0.0),
-            sharpen: Sharpen::new(width, height),
             measured: None,
         }
     }
@@ -85,22 +82,21 @@ impl Preparation {
         };
         out.impulses = impulses;
         out.known = self.fill_unknown();
-        // Little noise wants little smoothing; ten grey levels and more about a pixel, less where paint stands out.
+        // Little noise wants little smoothing; ten grey levels and more about a pixel.
         let raw = (sigma / self.binning as f32).max(LEAST_SIGMA / self.binning as f32);
         let noisy = (sigma / 10.0).min(1.0);
         let gaussian = Gaussian::new(LEAST_SMOOTHING + SMOOTHING * noisy);
         gaussian.apply_to(&self.binned, lattice.wraps, &mut self.smooth);
-        let sharp = Gaussian::new(LEAST_SMOOTHING + SHARP_SMOOTHING * noisy);
-        self.sharpen.apply(
-            &self.binned,
-            lattice.wraps,
-            (&gaussian, &sharp),
-            raw,
-            &mut self.smooth,
-        );
         out.sigma_raw = raw;
         out.sigma = raw * gaussian.noise_gain().sqrt();
         self.slopes(lattice, &gaussian, &mut out);
+        // Without the least noise: that stands for errors of reading, which slopes have not.
+        let noise = (sigma / self.binning as f32).powi(2);
+        shrink(
+            &mut out.pixel,
+            lattice.width,
+            0.5 * gaussian.slope_gain() * noise,
+        );
         out
     }
 
@@ -170,7 +166,6 @@ impl Preparation {
     fn slopes(&self, lattice: &Lattice, gaussian: &Gaussian, out: &mut Prepared) {
         let (width, height) = self.smooth.size();
         let (smooth, arch) = (&self.smooth, pulp::Arch::new());
-        let noise = self.sharpen.noise();
         out.pixel.resize(width * height, [0.0; 4]);
         out.pixel
             .par_chunks_mut(width)
@@ -178,7 +173,6 @@ impl Preparation {
             .for_each(|(y, row)| {
                 arch.dispatch(SlopeRow {
                     smooth,
-                    noise: &noise[y * width..][..width],
                     wraps: lattice.wraps,
                     y,
                     row,
@@ -239,8 +233,6 @@ impl BinRow<'_> {
 /// Brightness and slopes of a row, compiled for wide vectors.
 struct SlopeRow<'a> {
     smooth: &'a Plane<f32>,
-    /// Variance on top of that of reading.
-    noise: &'a [f32],
     wraps: bool,
     y: usize,
     row: &'a mut [[f32; 4]],
@@ -265,20 +257,19 @@ impl pulp::WithSimd for SlopeRow<'_> {
                 (c[x] - a[x]) * span,
                 reading(b[left], b[x], b[right], a[x], c[x]),
             );
-            self.row[x] = [b[x], gx, gy, variance + self.noise[x]];
+            self.row[x] = [b[x], gx, gy, variance];
         }
         let count = width - 2;
         let (left, right) = (&b[..count], &b[2..][..count]);
         let [a, b, c] = [a, b, c].map(|row| &row[1..][..count]);
         let row = &mut self.row[1..][..count];
-        let noise = &self.noise[1..][..count];
         for x in 0..count {
             let gx = (right[x] - left[x]) * 0.5;
             let (gy, variance) = (
                 (c[x] - a[x]) * span,
                 reading(left[x], b[x], right[x], a[x], c[x]),
             );
-            row[x] = [b[x], gx, gy, variance + noise[x]];
+            row[x] = [b[x], gx, gy, variance];
         }
     }
 }

@@ -270,7 +270,7 @@ impl DepthFilter {
         }
         let turns = turns / pairs.len().max(1) as f32;
         trust.fill(1.0);
-        doubt.begin();
+        doubt.begin(&self.lattice, prepared.margin as usize);
         let mut tally = Tally::default();
         for (i, (pair, of)) in pairs.iter().zip(&comparisons).enumerate() {
             tally.add(&self.lattice.lens.with(Update {

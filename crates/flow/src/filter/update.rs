@@ -67,7 +67,7 @@ pub(super) fn fade(nodes: &mut [Node], trust: &[f32], views: Views<'_>) {
 }
 
 /// Where Huber's weight begins to fall, in standard deviations of the predicted residual.
-const HUBER: f32 = 3.0;
+const HUBER: f32 = 2.5;
 
 /// A correction by more than this many pixels of the past image says little.
 const LARGEST_MOVE_PX: f32 = 4.0;
@@ -77,6 +77,13 @@ const LARGEST_DOUBT_PX: f32 = 4.0;
 
 /// Pixels that share an error of the pose: averaging does not lower it.
 const SHARED: f32 = 100.0;
+
+/// Share of what is known of a pixel, by itself and the planes around it, below which what a pair adds does not matter:
+/// over the filter's memory it sums to some percent.
+const LITTLE: f32 = 1e-4;
+
+/// Squared parallax off the middle of the image over that in it, at most.
+const WIDE_ANGLE: f32 = 2.0;
 
 /// A past surface nearer by this share hides the pixel.
 pub(super) const HIDES: f32 = 1.06;
@@ -147,10 +154,14 @@ impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
         let pixels = self.row.chunks_mut(TOGETHER);
         let pixels = pixels.zip(self.trust.chunks_mut(TOGETHER));
         for ((nodes, trust), since) in pixels.zip(self.views.since.chunks_mut(TOGETHER)) {
+            let new = &self.pair.new.pixel[first..first + nodes.len()];
+            if !judge.matters(new, nodes) {
+                first += nodes.len();
+                continue;
+            }
             let mut seen = Seen::new();
             seen.place(self.lens, self.pair, first, nodes);
             seen.read(self.pair, nodes);
-            let new = &self.pair.new.pixel[first..first + nodes.len()];
             tally.add(&match self.y % SAMPLED {
                 0 => seen.judge::<true>(&judge, new, nodes, trust),
                 _ => seen.judge::<false>(&judge, new, nodes, trust),
@@ -172,22 +183,37 @@ struct Judge {
     /// Variance of the place in the past image by the pose's error: constant, and for 1/Z squared.
     shift: [f32; 2],
     shared: f32,
+    /// The most information that the pair has for a slope of one, over the share of what is known that is worth a look.
+    most: f32,
 }
 
 impl Judge {
     fn new(pair: &Pair<'_>, y: usize) -> Self {
         let gain = pair.gain[y];
         let focal2 = pair.lattice.focal_px * pair.lattice.focal_px;
+        let raw = pair.new.sigma_raw.powi(2) + (gain * pair.past.sigma_raw).powi(2);
+        let along2 = WIDE_ANGLE * focal2 * pair.step.translation.norm_squared();
         Self {
             gain,
-            raw: pair.new.sigma_raw.powi(2) + (gain * pair.past.sigma_raw).powi(2),
+            raw,
             noise: pair.new.sigma.powi(2) + (gain * pair.past.sigma).powi(2),
             shift: [
                 pair.drift.rotation * focal2,
                 pair.drift.translation * focal2,
             ],
             shared: SHARED,
+            most: along2 / (LITTLE * raw),
         }
+    }
+
+    /// Whether the pair may add more than next to nothing to what any of the pixels has.
+    #[inline(always)]
+    fn matters(&self, new: &[[f32; 4]], nodes: &[Node]) -> bool {
+        let mut matters = false;
+        for (node, [_, gx, gy, _]) in nodes.iter().zip(new) {
+            matters |= (gx * gx + gy * gy) * self.most * node[3] > 1.0;
+        }
+        matters
     }
 }
 

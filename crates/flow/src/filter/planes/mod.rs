@@ -24,6 +24,10 @@ pub(super) const CELL: usize = 4;
 /// Levels of cells, each twice as large.
 const LEVELS: usize = 5;
 
+/// What planes of a level differ by from those of the coarser one, over the roughness of their own cells: between that
+/// of a cell (1) and that of one twice as large.
+const COARSER: f64 = 1.6;
+
 /// Surfaces whose zeta differs by less than this share are one.
 const ONE_SURFACE: f64 = 0.02;
 
@@ -87,8 +91,7 @@ impl Planes {
         for level in (0..self.levels.len()).rev() {
             let (fine, coarse) = self.levels.split_at_mut(level + 1);
             let size = (CELL << level) as f64;
-            // The coarser cell is twice as large as this one.
-            let rough = (2.0 * self.roughness * size).powi(2);
+            let rough = (COARSER * self.roughness * size).powi(2);
             fine[level].fit(coarse.first(), self.wraps, rough, pixel_noise);
         }
         Apply {

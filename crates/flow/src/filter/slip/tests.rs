@@ -69,7 +69,8 @@ fn measure(turned: &Rotation3<f64>, moved: &Vector3<f64>, factor: f32, told: Dri
     let (new, mut nodes) = view(&lattice, &rotation, &place);
     nodes.iter_mut().for_each(|node| node[0] /= factor);
     let mut preparation = Preparation::new(WIDTH, HEIGHT, 1);
-    let mut prepare = |image| preparation.prepare(image, &lattice, Some(1.0), Prepared::empty());
+    // The images have no noise.
+    let mut prepare = |image| preparation.prepare(image, &lattice, Some(0.0), Prepared::empty());
     let (past, new) = (prepare(&past), prepare(&new));
     let pair = Pair {
         lattice: &lattice,
