@@ -322,6 +322,18 @@ mod tests {
     }
 
     #[test]
+    fn a_surface_offers_itself_where_it_is_known_and_not_where_it_is_a_guess() {
+        let offered = |variance: f32| {
+            let mut nodes = vec![[0.5, 0.0, 1e4, 1e-6]; 20 * 20];
+            nodes[10 * 20 + 12] = [0.2, 0.0, 0.1, variance];
+            other_surface(&nodes, (20, 20), (10, 10), REACH)
+        };
+        let most = (CREDIBLE * 0.2).powi(2);
+        assert_eq!(offered(0.9 * most), Some(0.2));
+        assert_eq!(offered(1.1 * most), None);
+    }
+
+    #[test]
     fn contest_of_what_nothing_tells_apart_changes_nothing() {
         assert_eq!(changed(WRONG, 0.0), (0, 0));
     }

@@ -165,6 +165,24 @@ mod tests {
     }
 
     #[test]
+    fn pixels_of_the_border_that_are_not_compared_may_be_another_surface_however_well_known() {
+        let camera = Camera::pinhole(60.0, 60.0, 39.5, 29.5, WIDTH, HEIGHT).unwrap();
+        let lattice = Lattice::new(&camera).unwrap();
+        let mut doubt = Doubt::new(WIDTH * HEIGHT);
+        doubt.begin(&lattice, 2);
+        let (nodes, trust) = (
+            vec![[0.5, 0.0, 1e6, 1e-9]; WIDTH * HEIGHT],
+            vec![1.0; WIDTH * HEIGHT],
+        );
+        for (i, found) in doubt.of_pixels(&nodes, &trust).iter().enumerate() {
+            let (x, y) = (i % WIDTH, i / WIDTH);
+            let inner = (2..WIDTH - 2).contains(&x) && (2..HEIGHT - 2).contains(&y);
+            let expected = if inner { 0.0 } else { OTHER * OTHER };
+            assert!((found - expected).abs() <= ROUNDING * expected, "{x}, {y}");
+        }
+    }
+
+    #[test]
     fn misfit_above_one_or_of_no_residuals_leaves_variances_as_they_are() {
         close(measured(3.0).of_noise(1e-6, 0.25), 1e-6);
         let mut doubt = Doubt::new(1);

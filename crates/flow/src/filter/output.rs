@@ -128,3 +128,48 @@ fn place(i: usize, binning: usize, size: usize, wraps: bool) -> (usize, usize, f
     let low = (at.max(0.0) as usize).min(size - 2);
     (low, low + 1, at - low as f32)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
+mod tests {
+    use super::*;
+
+    const WIDTH: usize = 64;
+    const HEIGHT: usize = 48;
+
+    #[test]
+    fn variances_are_not_extrapolated_to_nothing_at_the_border() {
+        let camera = Camera::pinhole(60.0, 60.0, 31.5, 23.5, WIDTH, HEIGHT).unwrap();
+        let lattice = Lattice::new(&camera.binned(2).unwrap()).unwrap();
+        let pixels = lattice.width * lattice.height;
+        // The outermost columns are known far better than those beside them.
+        let (zeta, least, most) = (0.5_f32, 1e-8_f32, 1e-4_f32);
+        let node = |i: usize| {
+            let outer = [0, lattice.width - 1].contains(&(i % lattice.width));
+            [zeta, 0.0, 1.0, if outer { least } else { most }]
+        };
+        let nodes: Vec<Node> = (0..pixels).map(node).collect();
+        let scale = StdScale {
+            factor: 1.0,
+            floor: 0.0,
+            common: 0.0,
+            stale: 1.0,
+        };
+        let mut range = Plane::filled(WIDTH, HEIGHT, 0.0);
+        let mut std = range.clone();
+        let (trust, doubt) = (vec![1.0; pixels], Doubt::new(pixels));
+        Output::new(&camera, 2).fill(
+            &lattice,
+            (&nodes, &trust, &doubt),
+            scale,
+            &mut range,
+            &mut std,
+        );
+        let expected = least.sqrt() / zeta;
+        for (range, std) in range.data().iter().zip(std.data()) {
+            assert!(std / range >= 0.99 * expected, "{} {expected}", std / range);
+        }
+        let corner = std[(0, 0)] / range[(0, 0)];
+        assert!((corner / expected - 1.0).abs() < 0.01, "{corner}");
+    }
+}
