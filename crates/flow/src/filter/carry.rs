@@ -1,6 +1,6 @@
 //! Where the pixels of a block were in the frame before, and what they take along from there.
 
-use super::lattice::{Lattice, mix};
+use super::lattice::{Around, Lattice, mix};
 use super::lens::Lens;
 use super::predict::{INFLOW, STRETCHED, Seen, Step, fresh, known, surface};
 use super::state::Node;
@@ -34,6 +34,7 @@ pub(super) struct Block {
     there: [[f32; TOGETHER]; 3],
     gauge: [f32; TOGETHER],
     place: [[f32; TOGETHER]; 2],
+    around: Around<TOGETHER>,
     node: [Node; TOGETHER],
     inside: [bool; TOGETHER],
     /// Derivative of the new zeta by the old one, along a ray; NaN where there is none.
@@ -51,15 +52,43 @@ impl Block {
             there: [[0.0; TOGETHER]; 3],
             gauge: [1.0; TOGETHER],
             place: [[0.0; TOGETHER]; 2],
+            around: Around::new(),
             node: [[0.0; 4]; TOGETHER],
             inside: [true; TOGETHER],
             slope: [1.0; TOGETHER],
         }
     }
 
-    /// Starts pixel `i` of the block, which is `(x, y)` of the image.
+    /// Starts the pixels of a block, the first of which is `(x, y)` of the image.
     #[inline(always)]
-    pub fn guess(
+    pub fn begin(
+        &mut self,
+        carry: &Carry<'_>,
+        nearest: Option<&[f32]>,
+        (x, y): (usize, usize),
+        count: usize,
+    ) {
+        let first = y * carry.lattice.width + x;
+        let rays = &carry.lattice.ray[first..][..count];
+        // Most blocks have been seen wholly, and every pixel of them.
+        if let Some(nearest) = nearest {
+            let nearest = &nearest[first..][..count];
+            let again = nearest.iter().fold(true, |all, zeta| all & (*zeta > 0.0));
+            if rays.iter().fold(again, |all, ray| all & !ray.x.is_nan()) {
+                self.guess[..count].copy_from_slice(nearest);
+                self.zeta[..count].copy_from_slice(nearest);
+                self.kept[..count].fill(carry.memory);
+                self.set[..count].fill(None);
+                return;
+            }
+        }
+        for i in 0..count {
+            self.guess(carry, nearest, (x + i, y), i);
+        }
+    }
+
+    /// Starts pixel `i` of the block, which is `(x, y)` of the image.
+    fn guess(
         &mut self,
         carry: &Carry<'_>,
         nearest: Option<&[f32]>,
@@ -67,6 +96,7 @@ impl Block {
         i: usize,
     ) {
         let here = y * carry.lattice.width + x;
+        self.set[i] = None;
         if carry.lattice.ray[here].x.is_nan() {
             self.set[i] = Some([f32::NAN, 0.0, 0.0, f32::NAN]);
             return;
@@ -102,28 +132,37 @@ impl Block {
         }
     }
 
-    /// The old nodes there. On an edge, the pixels of the other surface are left out.
+    /// The old nodes there; of pixels beyond the border, those at it. On an edge, the pixels of the other surface
+    /// are left out.
     #[inline(always)]
     pub fn read(&mut self, carry: &Carry<'_>, round: usize, count: usize) {
+        let lattice = carry.lattice;
+        if lattice.wraps {
+            for i in 0..count {
+                self.inside[i] = !self.place[0][i].is_nan();
+            }
+        } else {
+            let (right, bottom) = ((lattice.width - 1) as f32, (lattice.height - 1) as f32);
+            for i in 0..count {
+                let (x, y) = (self.place[0][i], self.place[1][i]);
+                let (in_x, in_y) = (x.clamp(0.0, right), y.clamp(0.0, bottom));
+                self.inside[i] = (x == in_x) & (y == in_y);
+                (self.place[0][i], self.place[1][i]) = (in_x, in_y);
+            }
+        }
+        lattice.around_each(&self.place, &mut self.around);
         for i in 0..count {
-            let place = [self.place[0][i], self.place[1][i]];
-            let found = carry.lattice.around(place);
-            self.inside[i] = found.is_some();
-            let found = found.or_else(|| carry.lattice.around(clamped(carry.lattice, place)));
-            let Some((four, s, t)) = found else {
-                self.node[i][0] = f32::NAN;
-                continue;
-            };
-            let node = mix(carry.old, four, s, t);
+            let (s, t) = (self.around.across[i], self.around.down[i]);
+            let four = self.around.four(lattice.width, i);
             let seen = self.zeta[i] / self.gauge[i];
             let [a, b, c, d] = four.map(|i| carry.old[i][0]);
             let range = a.max(b).max(c.max(d)) - a.min(b).min(c.min(d));
             // What is mixed across an edge frame by frame would wash it out.
-            let same = range < carry.lattice.same_surface * seen;
-            self.node[i] = if same || round == 0 {
-                node
+            let same = range < lattice.same_surface * seen;
+            self.node[i] = if same || round == 0 || s.is_nan() {
+                mix(carry.old, four, s, t)
             } else {
-                nearest_of(carry.old, four, (s, t), (seen, carry.lattice.same_surface))
+                nearest_of(carry.old, four, (s, t), (seen, lattice.same_surface))
             };
         }
     }
@@ -187,6 +226,7 @@ impl Block {
 }
 
 /// The mix of those of four pixels whose surface is the one of `seen`; the closest, where none is.
+#[inline(never)]
 fn nearest_of(
     old: &[Node],
     four: [usize; 4],
@@ -216,11 +256,4 @@ fn nearest_of(
     } else {
         old[best]
     }
-}
-
-fn clamped(lattice: &Lattice, [x, y]: [f32; 2]) -> [f32; 2] {
-    [
-        x.clamp(0.0, (lattice.width - 1) as f32),
-        y.clamp(0.0, (lattice.height - 1) as f32),
-    ]
 }

@@ -2,7 +2,7 @@
 
 use super::carry::{Block, Carry, TOGETHER};
 use super::keyframes::Tiles;
-use super::lattice::{Lattice, LensCall};
+use super::lattice::{Around, Lattice, LensCall};
 use super::lens::Lens;
 use super::state::Node;
 use nalgebra::{Matrix3, Vector3};
@@ -110,12 +110,9 @@ impl<L: Lens> pulp::WithSimd for PredictRow<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let mut x = 0;
+        let (mut x, mut block) = (0, Block::new());
         for out in self.row.chunks_mut(TOGETHER) {
-            let mut block = Block::new();
-            for i in 0..out.len() {
-                block.guess(&self.carry, self.nearest, (x + i, self.y), i);
-            }
+            block.begin(&self.carry, self.nearest, (x, self.y), out.len());
             // What moved to a pixel says nearly where it was; the pixel itself less so.
             let rounds = if self.nearest.is_some() { 2 } else { 3 };
             let first = self.y * self.carry.lattice.width + x;
@@ -218,7 +215,8 @@ impl<L: Lens, const N: usize> pulp::WithSimd for Splat<'_, L, N> {
         } else {
             TOGETHER
         };
-        let mut first = 0;
+        let (mut place, mut zeta) = ([[0.0_f32; TOGETHER]; 2], [0.0_f32; TOGETHER]);
+        let (mut around, mut first) = (Around::new(), 0);
         while first < self.old.len() {
             // Not beyond the end of a row.
             let count = together.min(width - first % width);
@@ -231,22 +229,19 @@ impl<L: Lens, const N: usize> pulp::WithSimd for Splat<'_, L, N> {
                     continue;
                 }
             }
-            let (mut place, mut zeta) = ([[0.0_f32; TOGETHER]; 2], [0.0_f32; TOGETHER]);
             for (i, (ray, node)) in rays.iter().zip(nodes).enumerate() {
                 let moved = back * (ray - step.translation * node[0]);
                 zeta[i] = node[0] / self.lens.gauge(&moved);
                 [place[0][i], place[1][i]] = self.lens.project(&moved);
             }
+            lattice.around_each(&place, &mut around);
             for i in 0..nodes.len() {
-                let ahead = zeta[i] > 0.0;
-                if !ahead {
+                let seen = (zeta[i] > 0.0) & !around.across[i].is_nan();
+                if !seen {
                     continue;
                 }
-                let Some((four, s, t)) = lattice.around([place[0][i], place[1][i]]) else {
-                    continue;
-                };
                 // To the nearest pixel only: a share in all four would widen what is near, frame by frame.
-                let to = four[usize::from(s > 0.5) + 2 * usize::from(t > 0.5)];
+                let to = around.nearest[i] as usize;
                 let nearest = self.nearest[to];
                 self.nearest[to] = if zeta[i] > nearest { zeta[i] } else { nearest };
             }

@@ -151,6 +151,7 @@ impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
             let before = self.views.gained.iter_mut().zip(&*self.row);
             before.for_each(|(gained, node)| *gained = node[2]);
         }
+        let mut seen = Seen::new();
         let pixels = self.row.chunks_mut(TOGETHER);
         let pixels = pixels.zip(self.trust.chunks_mut(TOGETHER));
         for ((nodes, trust), since) in pixels.zip(self.views.since.chunks_mut(TOGETHER)) {
@@ -159,7 +160,6 @@ impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
                 first += nodes.len();
                 continue;
             }
-            let mut seen = Seen::new();
             seen.place(self.lens, self.pair, first, nodes);
             seen.read(self.pair, nodes);
             tally.add(&match self.y % SAMPLED {

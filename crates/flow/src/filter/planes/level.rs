@@ -58,32 +58,33 @@ impl Level {
         let cells = self.width * self.height;
         self.surfaces.truncate(cells);
         let width = self.width;
-        let found: Vec<Option<Moments>> = self
+        // Few cells have a second surface.
+        let found: Vec<Vec<(usize, Moments)>> = self
             .surfaces
             .par_chunks_mut(width)
             .enumerate()
-            .flat_map_iter(|(row, surfaces)| {
-                let of = &of;
-                surfaces
-                    .iter_mut()
-                    .enumerate()
-                    .map(move |(column, surface)| {
-                        let (moments, second) = of(row * width + column);
-                        surface.moments = moments;
-                        second
-                    })
+            .map(|(row, surfaces)| {
+                let mut seconds = Vec::new();
+                for (column, surface) in surfaces.iter_mut().enumerate() {
+                    let cell = row * width + column;
+                    let (moments, second) = of(cell);
+                    surface.moments = moments;
+                    seconds.extend(second.map(|second| (cell, second)));
+                }
+                seconds
             })
             .collect();
-        for (cell, second) in found.into_iter().enumerate() {
+        self.second.fill(0);
+        for (cell, second) in found.into_iter().flatten() {
             self.set_second(cell, second);
         }
     }
 
-    fn set_second(&mut self, cell: usize, second: Option<Moments>) {
-        self.second[cell] = 0;
-        let Some(mut second) = second.filter(|second| second.pixels > 0.0) else {
+    /// Adds a cell's second surface, where there is one.
+    fn set_second(&mut self, cell: usize, mut second: Moments) {
+        if second.pixels == 0.0 {
             return;
-        };
+        }
         let first = &mut self.surfaces[cell].moments;
         if second.pixels > first.pixels {
             std::mem::swap(first, &mut second);
@@ -97,6 +98,7 @@ impl Level {
     /// Sums the surfaces of the finer cells.
     pub fn sum(&mut self, fine: &mut Self) {
         self.surfaces.truncate(self.width * self.height);
+        self.second.fill(0);
         let mut kids = Vec::with_capacity(8);
         for cell in 0..self.width * self.height {
             kids.clear();
@@ -118,7 +120,7 @@ impl Level {
             let swapped = sums[1].pixels > sums[0].pixels;
             let [first, second] = sums;
             self.surfaces[cell].moments = first;
-            self.set_second(cell, Some(second));
+            self.set_second(cell, second);
             for ((kid, _), group) in kids.iter().zip(groups) {
                 let is_first = group == swapped;
                 fine.surfaces[*kid].parent = if is_first { cell } else { self.second[cell] };
