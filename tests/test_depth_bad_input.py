@@ -102,13 +102,13 @@ def test_depth_filter_without_translation_keeps_its_state_and_trusts_it_less(
     """Thesis: section 2.2: without linear motion depth is not observable."""
     depth_filter, _ = settled_filter()
     still = []
-    for count in range(1, 91):
+    for count in range(1, 107):
         pose, seen = turned(angle_rad * np.sin(0.4 * count))
         stamp_ns = FRAMES[29].stamp_ns + count * 10**7
         result = depth_filter.step(seen, world_from_camera=pose, stamp_ns=stamp_ns)
         assert known_everywhere(result)
-        # Image 28 is the last from elsewhere; it is 48 images back at the 47th.
-        if count > 47:
+        # Image 28 is the last from elsewhere; it is 64 images back at the 63rd.
+        if count > 63:
             assert result.status == "unobservable"
             assert result.reason is not None
             assert words in result.reason

@@ -1,5 +1,5 @@
 //! What the depth filter is off by, everywhere it is asked: `cargo run --release -p sphereflow-benches
-//! --example depth_accuracy -- [part of a name]... [--binning N] [--seconds S]
+//! --example depth_accuracy -- [part of a name]... [--binning N] [--lags N,N,...] [--seconds S]
 //! [--seed N] [--constant-light] [--sigma S] [--hand-held SEED] [--maps FOLDER]`.
 //!
 //! Thesis: section 4.1.1. Every case at 640x480 (or 1024x512 for the whole sphere), 60 Hz, 4 s, the
@@ -40,6 +40,7 @@ fn main() -> Fallible<()> {
         let mut value = || arguments.next().ok_or("a value is missing");
         match argument.as_str() {
             "--binning" => config.binning = value()?.parse()?,
+            "--lags" => config.lags = numbers(&value()?)?,
             "--seconds" => seconds = value()?.parse()?,
             "--constant-light" => config.brightness = Brightness::Constant,
             "--seed" => seed = value()?.parse()?,
@@ -66,6 +67,11 @@ fn main() -> Fallible<()> {
         }
     }
     Ok(())
+}
+
+/// Whole numbers with commas between them.
+fn numbers(list: &str) -> Fallible<Vec<usize>> {
+    list.split(',').map(|number| Ok(number.parse()?)).collect()
 }
 
 /// The filter over one sequence.

@@ -161,9 +161,9 @@ def _refuse_far_apart(path: Path, steps_rad: list[float]) -> None:
 
 
 def _lags(stamp_ns: NDArray[np.int64]) -> list[int]:
-    """The default's times (1/60, 6/60, 18/60 and 48/60 s) in frames of this recording."""
+    """The default's lags of 60 images a second in frames of this recording."""
     step_s = float(np.median(np.diff(stamp_ns))) * 1e-9 if len(stamp_ns) > 1 else 1 / 60
-    return sorted({max(1, round(k / 60 / step_s)) for k in (1, 6, 18, 48)})
+    return sorted({max(1, round(k / 60 / step_s)) for k in (1, 3, 7, 16, 32, 64)})
 
 
 def _grey(colour: NDArray[np.uint8]) -> _Image:

@@ -128,7 +128,7 @@ pub struct PyDepthFilter {
 #[pymethods]
 impl PyDepthFilter {
     #[new]
-    #[pyo3(signature = (camera, *, binning = 2, lags = vec![1, 6, 18, 48], sigma_grey = None, initial_range_m = 1.0, roughness_per_m_rad = 0.012, brightness = "measured", occlusion = true, keyframes = 24))]
+    #[pyo3(signature = (camera, *, binning = 2, lags = vec![1, 3, 7, 16, 32, 64], sigma_grey = None, initial_range_m = 1.0, roughness_per_m_rad = 0.012, brightness = "measured", occlusion = true, keyframes = 24))]
     #[allow(clippy::too_many_arguments)] // keyword arguments of Python
     fn new(
         camera: &PyCamera,

@@ -46,7 +46,7 @@ impl Default for DepthFilterConfig {
     fn default() -> Self {
         Self {
             binning: 2,
-            lags: vec![1, 6, 18, 48],
+            lags: vec![1, 3, 7, 16, 32, 64],
             sigma_grey: None,
             initial_range_m: 1.0,
             farthest_m: 20.0,

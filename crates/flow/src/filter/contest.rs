@@ -288,6 +288,7 @@ mod tests {
             surface: &[],
             gain: vec![1.0; HEIGHT],
             drift: Drift::default(),
+            lag: 1,
         };
         let column = |i: usize| i % WIDTH;
         let told = |x: usize| if wrong.contains(&x) { zeta(0) } else { zeta(x) };

@@ -136,7 +136,7 @@ mod tests {
     fn slopes_of_noise_are_worth_next_to_nothing() {
         let [mut noisy, _] = image(|_, _| [0.0, 0.0]);
         shrink(&mut noisy, WIDTH, NOISE);
-        // Of 144 pixels the mean square is off by a ninth.
+        // Of 81 pixels the mean square is off by a sixth.
         let left = mean(noisy.iter().map(|p| p[1] * p[1] + p[2] * p[2]));
         assert!(left < 0.03 * 2.0 * NOISE, "{left}");
         assert!(noisy.iter().all(|p| p[0] == 7.0 && p[3] == 0.5));

@@ -6,6 +6,7 @@ use super::rolling::{Sample, past_rows};
 use super::state::Node;
 use super::update::Pair;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// New brightness over past brightness.
 pub(super) struct Light {
@@ -40,8 +41,9 @@ impl Sums {
     }
 }
 
-/// Every so many rows are enough.
+/// Every so many rows, and columns of them, are enough.
 const STEP: usize = 4;
+const COLUMNS: usize = 2;
 
 /// Darker pixels have no ratio worth the name, grey levels.
 const DARK: f32 = 4.0;
@@ -134,10 +136,10 @@ impl<L: Lens> pulp::WithSimd for RowSamples<'_, '_, L> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Vec<Sample> {
         let width = self.pair.lattice.width;
-        let mut samples = Vec::with_capacity(width);
+        let mut samples = Vec::with_capacity(width.div_ceil(COLUMNS));
         let row = self.y * width..(self.y + 1) * width;
-        for first in row.clone().step_by(TOGETHER) {
-            self.block(first, TOGETHER.min(row.end - first), &mut samples);
+        for first in row.clone().step_by(TOGETHER * COLUMNS) {
+            self.block(first..row.end.min(first + TOGETHER * COLUMNS), &mut samples);
         }
         samples
     }
@@ -148,22 +150,25 @@ const TOGETHER: usize = 64;
 
 impl<L: Lens> RowSamples<'_, '_, L> {
     #[inline(always)]
-    fn block(&self, first: usize, count: usize, samples: &mut Vec<Sample>) {
+    fn block(&self, pixels: Range<usize>, samples: &mut Vec<Sample>) {
         let (pair, lattice) = (self.pair, self.pair.lattice);
         let mut places = [[f32::NAN; TOGETHER]; 2];
-        let rays = lattice.ray[first..][..count].iter();
-        for (i, (ray, node)) in rays.zip(&self.nodes[first..][..count]).enumerate() {
+        let rays = lattice.ray[pixels.clone()].chunks(COLUMNS);
+        let nodes = self.nodes[pixels.clone()].chunks(COLUMNS);
+        for (i, (ray, node)) in rays.zip(nodes).enumerate() {
+            let (ray, node) = (&ray[0], &node[0]);
             let there = pair.step.rotation * ray + pair.step.translation * node[0];
             [places[0][i], places[1][i]] = self.lens.project(&there);
         }
         let mut around = Around::new();
         lattice.around_each(&places, &mut around);
-        for (i, new) in pair.new.pixel[first..][..count].iter().enumerate() {
+        for (i, new) in pair.new.pixel[pixels].chunks(COLUMNS).enumerate() {
+            let [new, ..] = new[0];
             let four = around.four(lattice.width, i);
             let past = read(&pair.past.pixel, four, around.across[i], around.down[i])[0];
-            if past > DARK && new[0] > DARK {
+            if past > DARK && new > DARK {
                 samples.push(Sample {
-                    new: new[0],
+                    new,
                     past,
                     row: self.y as f32,
                     past_row: places[1][i],

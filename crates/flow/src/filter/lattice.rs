@@ -168,23 +168,18 @@ pub(super) fn mix(data: &[[f32; 4]], four: [usize; 4], s: f32, t: f32) -> [f32; 
 pub(super) fn read(image: &[[f32; 4]], four: [usize; 4], s: f32, t: f32) -> [f32; 4] {
     let [a, b, c, d] = four.map(|i| image[i]);
     let (left, above) = (1.0 - s, 1.0 - t);
-    let (top, bottom) = (
-        std::array::from_fn::<f32, 4, _>(|k| a[k] + s * (b[k] - a[k])),
-        std::array::from_fn::<f32, 4, _>(|k| c[k] + s * (d[k] - c[k])),
-    );
-    let mut out: [f32; 4] = std::array::from_fn(|k| top[k] + t * (bottom[k] - top[k]));
-    // What the slopes at both ends say beyond the chord.
-    let across = |from: &[f32; 4], to: &[f32; 4]| {
-        let chord = to[0] - from[0];
-        left * (from[1] - chord) - s * (to[1] - chord)
-    };
-    let down = |from: &[f32; 4], to: &[f32; 4]| {
-        let chord = to[0] - from[0];
-        above * (from[2] - chord) - t * (to[2] - chord)
-    };
-    let (upper, lower) = (across(&a, &b), across(&c, &d));
-    let (west, east) = (down(&a, &c), down(&b, &d));
-    out[0] += s * left * (upper + t * (lower - upper)) + t * above * (west + s * (east - west));
+    let chords = [
+        above * (b[0] - a[0]) + t * (d[0] - c[0]),
+        left * (c[0] - a[0]) + s * (d[0] - b[0]),
+    ];
+    let by = |weight: f32, pixel: [f32; 4]| pixel.map(|value| weight * value);
+    let (a, b) = (by(left * above, a), by(s * above, b));
+    let (c, d) = (by(left * t, c), by(s * t, d));
+    let mut out: [f32; 4] = std::array::from_fn(|k| (a[k] + c[k]) + (b[k] + d[k]));
+    // What the slopes at both ends say beyond the chords, across and down.
+    let across = (a[1] + c[1]) - (b[1] + d[1]) - (left - s) * chords[0];
+    let down = (a[2] + b[2]) - (c[2] + d[2]) - (above - t) * chords[1];
+    out[0] += s * left * across + t * above * down;
     out
 }
 

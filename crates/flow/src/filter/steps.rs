@@ -6,7 +6,7 @@ use super::predict::{Predict, relative};
 use super::prepare::Prepared;
 use super::slip::{Known, MeasureSlip};
 use super::state::{Drift, Node, Past};
-use super::update::{Pair, Tally, Update, fade};
+use super::update::{Pair, Update, fade};
 use super::{Brightness, DepthFilter, DepthStep};
 use crate::{DepthReason, DepthStatus};
 use nalgebra::Rotation3;
@@ -147,7 +147,7 @@ impl DepthFilter {
     }
 
     /// The new image and a past one, before their light is compared.
-    fn pair<'a>(&'a self, new: &'a Prepared, past: &'a Past) -> Pair<'a> {
+    fn pair<'a>(&'a self, new: &'a Prepared, (lag, past): (usize, &'a Past)) -> Pair<'a> {
         let drift = self.motion.drift.since(&past.drift);
         Pair {
             lattice: &self.lattice,
@@ -161,6 +161,7 @@ impl DepthFilter {
             },
             gain: Vec::new(),
             drift: drift.plus(&self.motion.noise).plus(&past.noise),
+            lag,
         }
     }
 
@@ -198,7 +199,7 @@ impl DepthFilter {
     }
 
     /// Brightness of an image against a past one.
-    fn light(&self, prepared: &Prepared, past: &Past, nodes: &[Node]) -> Light {
+    fn light(&self, prepared: &Prepared, past: (usize, &Past), nodes: &[Node]) -> Light {
         match self.config.brightness {
             Brightness::Constant => Light {
                 gain: vec![1.0; self.lattice.height],
@@ -222,7 +223,7 @@ impl DepthFilter {
         let comparison = |(lag, past): (usize, &'a Past)| {
             let (distance_m, _) = self.motion.pose.distance_and_angle(&past.world_from_camera);
             (distance_m > least_m).then(|| {
-                let light = self.light(prepared, past, nodes);
+                let light = self.light(prepared, (lag, past), nodes);
                 let rolls = !light.past.is_empty();
                 let width = self.lattice.width;
                 Comparison {
@@ -247,7 +248,7 @@ impl DepthFilter {
         let comparisons = self.comparisons(prepared, &nodes, least_m);
         let mut pairs = Vec::with_capacity(comparisons.len());
         for (index, of) in comparisons.iter().enumerate() {
-            let mut pair = self.pair(prepared, of.past);
+            let mut pair = self.pair(prepared, (of.lag, of.past));
             pair.past = of.lit.as_ref().unwrap_or(pair.past);
             pair.gain.clone_from(&of.gain);
             let in_turn = index == self.updates % comparisons.len();
@@ -269,19 +270,13 @@ impl DepthFilter {
             self.lattice.lens.with(contest);
         }
         let turns = turns / pairs.len().max(1) as f32;
-        trust.fill(1.0);
         doubt.begin(&self.lattice, prepared.margin as usize);
-        let mut tally = Tally::default();
-        for (i, (pair, of)) in pairs.iter().zip(&comparisons).enumerate() {
-            tally.add(&self.lattice.lens.with(Update {
-                pair,
-                nodes: &mut nodes,
-                trust: &mut trust,
-                views: doubt.views(),
-                lag: of.lag,
-                begins: i == 0,
-            }));
-        }
+        let tally = self.lattice.lens.with(Update {
+            pairs: &pairs,
+            nodes: &mut nodes,
+            trust: &mut trust,
+            views: doubt.views(),
+        });
         drop(pairs);
         fade(&mut nodes, &trust, doubt.views());
         doubt.learn(&tally);

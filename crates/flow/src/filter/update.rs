@@ -21,21 +21,19 @@ pub(super) struct Pair<'a> {
     pub gain: Vec<f32>,
     /// Uncertainty of the step.
     pub drift: Drift,
-}
-
-/// The correction of the nodes by a pair.
-pub(super) struct Update<'a, 'b> {
-    pub pair: &'a Pair<'b>,
-    pub nodes: &'a mut [Node],
-    /// How well shorter baselines fit, 0 to 1: where they do not, a longer one meets the wrong
-    /// piece of texture, and would drown them by its weight.
-    pub trust: &'a mut [f32],
-    /// What the pairs before say of each pixel's time in view.
-    pub views: Views<'a>,
     /// Frames to the past image.
     pub lag: usize,
-    /// Whether no pair was before.
-    pub begins: bool,
+}
+
+/// The correction of the nodes by an image's pairs, the shortest first.
+pub(super) struct Update<'a, 'b> {
+    pub pairs: &'a [Pair<'b>],
+    pub nodes: &'a mut [Node],
+    /// How well baselines fit, 0 to 1: where short ones do not, a longer one meets the wrong
+    /// piece of texture, and would drown them by its weight.
+    pub trust: &'a mut [f32],
+    /// What the pairs say of each pixel's time in view.
+    pub views: Views<'a>,
 }
 
 /// What a pair's residuals are like.
@@ -75,12 +73,12 @@ const LARGEST_MOVE_PX: f32 = 4.0;
 /// Uncertainty of the place in the past image beyond which a pair says little, pixels.
 const LARGEST_DOUBT_PX: f32 = 4.0;
 
-/// Pixels that share an error of the pose: averaging does not lower it.
-const SHARED: f32 = 100.0;
+/// Pixels that share an error of the pose, for each of the pairs that share it too: averaging does not lower it.
+const SHARED: f32 = 25.0;
 
 /// Share of what is known of a pixel, by itself and the planes around it, below which what a pair adds does not matter:
 /// over the filter's memory it sums to some percent.
-const LITTLE: f32 = 1e-4;
+const LITTLE: f32 = 4e-4;
 
 /// Squared parallax off the middle of the image over that in it, at most.
 const WIDE_ANGLE: f32 = 2.0;
@@ -91,14 +89,16 @@ pub(super) const HIDES: f32 = 1.06;
 impl LensCall<Tally> for Update<'_, '_> {
     fn call<L: Lens>(self, lens: &L) -> Tally {
         let Self {
-            pair,
+            pairs,
             nodes,
             trust,
             views,
-            lag,
-            begins,
         } = self;
-        let (width, arch) = (pair.lattice.width, pulp::Arch::new());
+        trust.fill(1.0);
+        let Some(first) = pairs.first() else {
+            return Tally::default();
+        };
+        let (width, arch) = (first.lattice.width, pulp::Arch::new());
         let rows: Vec<Tally> = nodes
             .par_chunks_mut(width)
             .zip(trust.par_chunks_mut(width))
@@ -108,13 +108,12 @@ impl LensCall<Tally> for Update<'_, '_> {
             .map(|(y, (((row, trust), since), gained))| {
                 arch.dispatch(UpdateRow {
                     lens,
-                    pair,
+                    new: first.new,
+                    pairs,
                     y,
                     row,
                     trust,
                     views: Views { since, gained },
-                    lag: lag as f32,
-                    begins,
                 })
             })
             .collect();
@@ -130,13 +129,13 @@ const TOGETHER: usize = 64;
 /// One row, compiled for wide vectors.
 struct UpdateRow<'a, 'b, L: Lens> {
     lens: &'a L,
-    pair: &'a Pair<'b>,
+    /// The image of all pairs.
+    new: &'a Prepared,
+    pairs: &'a [Pair<'b>],
     y: usize,
     row: &'a mut [Node],
     trust: &'a mut [f32],
     views: Views<'a>,
-    lag: f32,
-    begins: bool,
 }
 
 impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
@@ -145,34 +144,49 @@ impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Tally {
         let mut tally = Tally::default();
-        let mut first = self.y * self.pair.lattice.width;
-        let judge = Judge::new(self.pair, self.y);
-        if self.begins {
-            let before = self.views.gained.iter_mut().zip(&*self.row);
-            before.for_each(|(gained, node)| *gained = node[2]);
-        }
+        let mut first = self.y * self.row.len();
+        let before = self.views.gained.iter_mut().zip(&*self.row);
+        before.for_each(|(gained, node)| *gained = node[2]);
         let mut seen = Seen::new();
         let pixels = self.row.chunks_mut(TOGETHER);
         let pixels = pixels.zip(self.trust.chunks_mut(TOGETHER));
         for ((nodes, trust), since) in pixels.zip(self.views.since.chunks_mut(TOGETHER)) {
-            let new = &self.pair.new.pixel[first..first + nodes.len()];
-            if !judge.matters(new, nodes) {
-                first += nodes.len();
-                continue;
-            }
-            seen.place(self.lens, self.pair, first, nodes);
-            seen.read(self.pair, nodes);
-            tally.add(&match self.y % SAMPLED {
-                0 => seen.judge::<true>(&judge, new, nodes, trust),
-                _ => seen.judge::<false>(&judge, new, nodes, trust),
-            });
-            if !self.pair.lattice.wraps {
-                seen.date(self.pair, self.lag, since);
+            let new = &self.new.pixel[first..][..nodes.len()];
+            let asked = asked(new, nodes);
+            for pair in self.pairs {
+                let judge = Judge::new(pair, self.y, self.pairs.len());
+                if !judge.matters(asked) {
+                    continue;
+                }
+                seen.place(self.lens, pair, first, nodes);
+                seen.read(pair, nodes);
+                tally.add(&match self.y % SAMPLED {
+                    0 => seen.judge::<true>(&judge, new, nodes, trust),
+                    _ => seen.judge::<false>(&judge, new, nodes, trust),
+                });
+                if !pair.lattice.wraps {
+                    seen.date(pair, since);
+                }
             }
             first += nodes.len();
         }
         tally
     }
+}
+
+/// The most that any pixel's measurement is worth by its slope, for what is known of it.
+#[inline(always)]
+fn asked(new: &[[f32; 4]], nodes: &[Node]) -> f32 {
+    const LANES: usize = 8;
+    let mut lanes = [0.0_f32; LANES];
+    let blocks = nodes.chunks(LANES).zip(new.chunks(LANES));
+    for (nodes, new) in blocks {
+        for ((most, node), [_, gx, gy, _]) in lanes.iter_mut().zip(nodes).zip(new) {
+            let here = (gx * gx + gy * gy) * node[3];
+            *most = if here > *most { here } else { *most };
+        }
+    }
+    lanes.into_iter().fold(0.0, f32::max)
 }
 
 /// What a row's residuals are judged by.
@@ -188,7 +202,7 @@ struct Judge {
 }
 
 impl Judge {
-    fn new(pair: &Pair<'_>, y: usize) -> Self {
+    fn new(pair: &Pair<'_>, y: usize, pairs: usize) -> Self {
         let gain = pair.gain[y];
         let focal2 = pair.lattice.focal_px * pair.lattice.focal_px;
         let raw = pair.new.sigma_raw.powi(2) + (gain * pair.past.sigma_raw).powi(2);
@@ -201,19 +215,15 @@ impl Judge {
                 pair.drift.rotation * focal2,
                 pair.drift.translation * focal2,
             ],
-            shared: SHARED,
+            shared: SHARED * pairs as f32,
             most: along2 / (LITTLE * raw),
         }
     }
 
-    /// Whether the pair may add more than next to nothing to what any of the pixels has.
+    /// Whether the pair may add more than next to nothing to what any of the pixels has that are worth so much.
     #[inline(always)]
-    fn matters(&self, new: &[[f32; 4]], nodes: &[Node]) -> bool {
-        let mut matters = false;
-        for (node, [_, gx, gy, _]) in nodes.iter().zip(new) {
-            matters |= (gx * gx + gy * gy) * self.most * node[3] > 1.0;
-        }
-        matters
+    fn matters(&self, asked: f32) -> bool {
+        asked * self.most > 1.0
     }
 }
 
@@ -337,7 +347,8 @@ impl Seen {
 
     /// Notes the least lag at which pixels were out of view.
     #[inline(always)]
-    fn date(&self, pair: &Pair<'_>, lag: f32, since: &mut [f32]) {
+    fn date(&self, pair: &Pair<'_>, since: &mut [f32]) {
+        let lag = pair.lag as f32;
         let lattice = pair.lattice;
         // What is carried is read between pixels.
         let margin = pair.past.margin + 1.0;
@@ -380,5 +391,45 @@ impl Tally {
         self.fitting += other.fitting;
         self.information += other.information;
         self.misfit += other.misfit;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a slope of one is worth at most, and the variance of all pixels.
+    const WORTH: f32 = 0.5;
+    const VARIANCE: f32 = 1e-3;
+
+    fn judge() -> Judge {
+        Judge {
+            gain: 1.0,
+            raw: 4.0,
+            noise: 4.0,
+            shift: [0.0; 2],
+            shared: 0.0,
+            most: WORTH / LITTLE,
+        }
+    }
+
+    #[test]
+    fn a_pair_is_left_out_only_where_it_adds_little_to_every_pixel() {
+        // The slope by which a pixel would gain just so much of what is known of it.
+        let just = (LITTLE / (WORTH * VARIANCE)).sqrt();
+        let nodes = [[0.5, 0.0, 1e3, VARIANCE]; TOGETHER];
+        let mut new = [[7.0, 0.6 * just, -0.7 * just, 0.0]; TOGETHER];
+        new[3][1] = f32::NAN;
+        for count in [TOGETHER, 5] {
+            let asked = asked(&new[..count], &nodes[..count]);
+            assert!(!judge().matters(asked), "{count} pixels");
+        }
+        // Whichever pixel it is, also in the part of a row that is left over.
+        for (pixel, count) in [(0, TOGETHER), (63, TOGETHER), (8, 9)] {
+            let mut new = new;
+            new[pixel][2] = -1.1 * just;
+            let asked = asked(&new[..count], &nodes[..count]);
+            assert!(judge().matters(asked), "pixel {pixel} of {count}");
+        }
     }
 }
