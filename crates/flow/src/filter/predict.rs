@@ -235,15 +235,15 @@ impl<L: Lens, const N: usize> pulp::WithSimd for Splat<'_, L, N> {
                 [place[0][i], place[1][i]] = self.lens.project(&moved);
             }
             lattice.around_each(&place, &mut around);
-            for i in 0..nodes.len() {
-                let seen = (zeta[i] > 0.0) & !around.across[i].is_nan();
+            for (i, zeta) in zeta[..count].iter().enumerate() {
+                let seen = (*zeta > 0.0) & !around.across[i].is_nan();
                 if !seen {
                     continue;
                 }
                 // To the nearest pixel only: a share in all four would widen what is near, frame by frame.
                 let to = around.nearest[i] as usize;
                 let nearest = self.nearest[to];
-                self.nearest[to] = if zeta[i] > nearest { zeta[i] } else { nearest };
+                self.nearest[to] = if *zeta > nearest { *zeta } else { nearest };
             }
         }
     }

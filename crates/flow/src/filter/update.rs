@@ -78,7 +78,7 @@ const SHARED: f32 = 25.0;
 
 /// Share of what is known of a pixel, by itself and the planes around it, below which what a pair adds does not matter:
 /// over the filter's memory it sums to some percent.
-const LITTLE: f32 = 4e-4;
+const LITTLE: f32 = 2e-4;
 
 /// Squared parallax off the middle of the image over that in it, at most.
 const WIDE_ANGLE: f32 = 2.0;
