@@ -19,7 +19,8 @@ pub struct DepthFilterConfig {
     /// Pixels of the image to a side of one of the filter's: 1 to 4. Two lose nothing that noise
     /// leaves, at a quarter of the time.
     pub binning: usize,
-    /// Distances, in frames, to the past images that each image is compared with; increasing.
+    /// Distances, in frames, to the past images that each image is compared with; increasing. All images up to the
+    /// longest are kept, at twenty bytes per pixel of the filter.
     pub lags: Vec<usize>,
     /// Standard deviation of the image noise, grey levels; `None` to measure it.
     pub sigma_grey: Option<f64>,
