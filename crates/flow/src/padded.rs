@@ -3,6 +3,7 @@
 use pulp::Simd;
 use rayon::prelude::*;
 use sphereflow_core::Plane;
+use std::ops::DerefMut;
 
 /// Columns of the widest vector; rows are as many of them as cover the image.
 pub(crate) const LANES: usize = 16;
@@ -10,25 +11,19 @@ pub(crate) const LANES: usize = 16;
 /// A plane of `width x height` pixels with [`LANES`] columns of rim left and right of whole vectors, and a
 /// row of rim above and below. New rims are zero.
 #[derive(Clone, Debug)]
-pub(crate) struct Padded {
-    data: Vec<f32>,
+pub(crate) struct Padded<D = Vec<f32>> {
+    data: D,
     width: usize,
     height: usize,
     stride: usize,
 }
 
-impl Padded {
+impl Padded<Vec<f32>> {
     /// Where the pixels begin in what [`Padded::rows_mut`] gives.
     pub const PIXELS: usize = LANES;
 
-    pub fn zero((width, height): (usize, usize)) -> Self {
-        let stride = width.next_multiple_of(LANES) + 2 * LANES;
-        Self {
-            data: vec![0.0; stride * (height + 2)],
-            width,
-            height,
-            stride,
-        }
+    pub fn zero(size: (usize, usize)) -> Self {
+        Self::over(vec![0.0; Self::len(size)], size)
     }
 
     #[cfg(test)]
@@ -36,6 +31,40 @@ impl Padded {
         let mut padded = Self::zero(plane.size());
         padded.load(plane);
         padded
+    }
+
+    /// Numbers that a plane takes, with its rims.
+    pub fn len((width, height): (usize, usize)) -> usize {
+        (width.next_multiple_of(LANES) + 2 * LANES) * (height + 2)
+    }
+}
+
+impl<'a> Padded<&'a mut [f32]> {
+    /// Planes of one size in one block of [`Padded::len`] each. One block is found again by the next call's
+    /// allocation; many small ones go back to the system, and each of their pages costs a fault when it returns.
+    ///
+    /// # Panics
+    /// Where the block is too short.
+    pub fn split<const N: usize>(block: &'a mut [f32], size: (usize, usize)) -> [Self; N] {
+        let mut rest = block.chunks_exact_mut(Padded::len(size));
+        [(); N].map(|()| {
+            let data = rest.next().unwrap_or_default();
+            Self::over(data, size)
+        })
+    }
+}
+
+impl<D: DerefMut<Target = [f32]>> Padded<D> {
+    /// Over `data` of [`Padded::len`], which is taken as it is.
+    fn over(data: D, (width, height): (usize, usize)) -> Self {
+        let len = Padded::len((width, height));
+        assert_eq!(data.len(), len, "a plane and its rims");
+        Self {
+            data,
+            width,
+            height,
+            stride: len / (height + 2),
+        }
     }
 
     pub fn size(&self) -> (usize, usize) {
@@ -122,19 +151,10 @@ impl Padded {
         }
     }
 
-    /// The pixels alone, without another allocation.
-    pub fn into_plane(mut self) -> Plane<f32> {
-        let first = self.start(0, 0);
-        for y in 0..self.height {
-            let start = first + y * self.stride;
-            self.data
-                .copy_within(start..start + self.width, y * self.width);
-        }
-        self.data.truncate(self.width * self.height);
-        let mut plane = Plane::filled(0, 0, 0.0);
-        if let Ok(whole) = Plane::from_vec(self.width, self.height, self.data) {
-            plane = whole;
-        }
+    /// The pixels alone.
+    pub fn to_plane(&self) -> Plane<f32> {
+        let mut plane = Plane::filled(self.width, self.height, 0.0);
+        self.store(&mut plane);
         plane
     }
 

@@ -71,8 +71,8 @@ pub fn horn_schunck(
     if is_blank(image0) || is_blank(image1) {
         return Ok(FlowField::unknown(size.0, size.1));
     }
-    let system = System::new(size, config, |y, out| rows.write(y, out));
-    Ok(solve(&system, size, config.solver, start))
+    let write = |y: usize, out: [&mut [f32]; 3]| rows.write(y, out);
+    Ok(solve(size, config, write, start))
 }
 
 /// [`horn_schunck`] of derivatives that are known already.
@@ -89,12 +89,12 @@ pub fn horn_schunck_of(
     same_size("derivatives.t", size, derivatives.t.size())?;
     check(config, size, start)?;
     let planes = [&derivatives.x, &derivatives.y, &derivatives.t];
-    let system = System::new(size, config, |y, out| {
+    let write = |y: usize, out: [&mut [f32]; 3]| {
         for (plane, out) in planes.into_iter().zip(out) {
             out.copy_from_slice(plane.row(y));
         }
-    });
-    Ok(solve(&system, size, config.solver, start))
+    };
+    Ok(solve(size, config, write, start))
 }
 
 fn check(
@@ -114,26 +114,33 @@ fn check(
     }
 }
 
+/// The flow of derivatives whose rows `write` gives.
 fn solve(
-    system: &System,
     size: (usize, usize),
-    solver: HornSchunckSolver,
+    config: &HornSchunckConfig,
+    write: impl FnMut(usize, [&mut [f32]; 3]),
     start: Option<&FlowField>,
 ) -> FlowField {
-    let mut flow = [(); 2].map(|()| Padded::zero(size));
+    const PLANES: usize = 7;
+    let mut block = vec![0.0; PLANES * Padded::len(size)];
+    let [a, b, c, u, v, other_u, other_v] = Padded::split::<PLANES>(&mut block, size);
+    let system = System::new([a, b, c], config, write);
+    let mut flow = [u, v];
     if let Some(start) = start {
         for (padded, plane) in flow.iter_mut().zip([&start.u, &start.v]) {
             padded.load_known(plane);
         }
     }
-    match solver {
-        HornSchunckSolver::Jacobi { sweeps } => flow = system.jacobi(flow, sweeps),
+    match config.solver {
+        HornSchunckSolver::Jacobi { sweeps } => {
+            flow = system.jacobi(flow, [other_u, other_v], sweeps);
+        }
         HornSchunckSolver::Sor {
             tolerance_px,
             sweeps,
         } => system.relax(&mut flow, tolerance_px, sweeps),
     }
-    let [u, v] = flow.map(Padded::into_plane);
+    let [u, v] = flow.map(|plane| plane.to_plane());
     FlowField { u, v }
 }
 

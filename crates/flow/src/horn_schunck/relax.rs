@@ -28,9 +28,9 @@ const BLOCKS: Blocks = Blocks {
     columns: 1024,
 };
 
-impl System {
+impl System<'_> {
     /// Sweeps in place until no displacement changes by more than the tolerance.
-    pub fn relax(&self, flow: &mut [Padded; 2], tolerance_px: f32, sweeps: usize) {
+    pub fn relax(&self, flow: &mut [Padded<&mut [f32]>; 2], tolerance_px: f32, sweeps: usize) {
         let mut done = 0;
         while done < sweeps {
             let count = SWEEPS.min(sweeps - done);
@@ -49,13 +49,13 @@ impl System {
 }
 
 /// Sweeps, compiled for wide vectors. Gives the largest change of the last one.
-struct Relaxation<'a> {
-    system: &'a System,
-    flow: &'a mut [Padded; 2],
+struct Relaxation<'a, 'f> {
+    system: &'a System<'a>,
+    flow: &'a mut [Padded<&'f mut [f32]>; 2],
     count: usize,
 }
 
-impl pulp::WithSimd for Relaxation<'_> {
+impl pulp::WithSimd for Relaxation<'_, '_> {
     type Output = f32;
 
     #[inline(always)]
@@ -80,16 +80,16 @@ impl pulp::WithSimd for Relaxation<'_> {
 }
 
 /// [`Relaxation`] in vectors of one kind.
-struct Pass<'a, S: Simd> {
+struct Pass<'a, 'f, S: Simd> {
     simd: S,
-    system: &'a System,
-    flow: &'a mut [Padded; 2],
+    system: &'a System<'a>,
+    flow: &'a mut [Padded<&'f mut [f32]>; 2],
     /// First half sweep whose changes count.
     last: usize,
     largest: S::f32s,
 }
 
-impl<S: Simd> Sweep for Pass<'_, S> {
+impl<S: Simd> Sweep for Pass<'_, '_, S> {
     /// Half a sweep: the pixels of one colour.
     #[inline(always)]
     fn visit(&mut self, half: usize, row: usize, columns: Range<usize>) {
@@ -104,7 +104,7 @@ impl<S: Simd> Sweep for Pass<'_, S> {
     }
 }
 
-impl<S: Simd> Pass<'_, S> {
+impl<S: Simd> Pass<'_, '_, S> {
     /// The largest change. What is beyond the last whole vector of the image does not count.
     #[inline(always)]
     fn piece(&mut self, colour: usize, y: usize, columns: &Range<usize>) -> S::f32s {

@@ -17,18 +17,19 @@ const BLOCKS: Blocks = Blocks {
 /// `u = mean(u) - a r`, `v = mean(v) - b r n_u/n_v`, with n alpha^2 of (2.6) for each component n_u and n_v.
 ///
 /// a, b, c are yx, yy, yt over the root of `n_u + yx^2 + yy^2 n_u/n_v`.
-pub(super) struct System {
-    pub coefficients: [Padded; 3],
+pub(super) struct System<'a> {
+    pub coefficients: [Padded<&'a mut [f32]>; 3],
     /// n_u/n_v.
     pub ratio: f32,
     /// Share of each horizontal neighbour in the means of u and v.
     pub share: [f32; 2],
 }
 
-impl System {
-    /// From derivatives by column, row and time, which `write` puts into slices of row `y`.
+impl<'a> System<'a> {
+    /// From derivatives by column, row and time, which `write` puts into slices of row `y`. The coefficients
+    /// are written to `coefficients`.
     pub fn new(
-        size: (usize, usize),
+        mut coefficients: [Padded<&'a mut [f32]>; 3],
         config: &HornSchunckConfig,
         mut write: impl FnMut(usize, [&mut [f32]; 3]),
     ) -> Self {
@@ -37,9 +38,8 @@ impl System {
         // Weights of the two neighbours each way.
         let [nu, nv] = [u, v].map(|[x, y]| 2.0 * (x + y) * alpha2);
         let ratio = nu / nv;
-        let mut coefficients = [(); 3].map(|()| Padded::zero(size));
         let arch = pulp::Arch::new();
-        for y in 0..size.1 {
+        for y in 0..coefficients[0].size().1 {
             let mut rows = coefficients.each_mut().map(|plane| plane.row_mut(y));
             write(y, rows.each_mut().map(|row| &mut **row));
             arch.dispatch(Scale { rows, nu, ratio });
@@ -51,11 +51,18 @@ impl System {
         }
     }
 
+    /// The flow after `sweeps` from `flow`; both it and `other`, whose pixels do not matter, are overwritten.
+    ///
     /// Thesis: eq. (2.7).
-    pub fn jacobi(&self, flow: [Padded; 2], sweeps: usize) -> [Padded; 2] {
+    pub fn jacobi<'f>(
+        &self,
+        flow: [Padded<&'f mut [f32]>; 2],
+        other: [Padded<&'f mut [f32]>; 2],
+        sweeps: usize,
+    ) -> [Padded<&'f mut [f32]>; 2] {
         let mut pass = Jacobi {
             system: self,
-            flows: [flow.clone(), flow],
+            flows: [flow, other],
             sweeps,
         };
         pulp::Arch::new().dispatch(&mut pass);
@@ -89,18 +96,19 @@ impl pulp::WithSimd for Scale<'_> {
 }
 
 /// Sweeps from one flow to the other in turn, compiled for wide vectors.
-struct Jacobi<'a> {
-    system: &'a System,
-    flows: [[Padded; 2]; 2],
+struct Jacobi<'a, 'f> {
+    system: &'a System<'a>,
+    flows: [[Padded<&'f mut [f32]>; 2]; 2],
     sweeps: usize,
 }
 
-impl pulp::WithSimd for &mut Jacobi<'_> {
+impl pulp::WithSimd for &mut Jacobi<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for flow in self.flows.iter_mut().flatten() {
+        // The other flow's rims come with its rows.
+        for flow in &mut self.flows[0] {
             for y in 0..flow.size().1 {
                 flow.continue_row(y, [true, true]);
             }
@@ -118,12 +126,12 @@ impl pulp::WithSimd for &mut Jacobi<'_> {
 }
 
 /// [`Jacobi`] in vectors of one kind; shorter for square pixels.
-struct Pass<'a, 'b, S, const SQUARE: bool> {
+struct Pass<'a, 'b, 'f, S, const SQUARE: bool> {
     simd: S,
-    jacobi: &'a mut Jacobi<'b>,
+    jacobi: &'a mut Jacobi<'b, 'f>,
 }
 
-impl<S: Simd, const SQUARE: bool> Sweep for Pass<'_, '_, S, SQUARE> {
+impl<S: Simd, const SQUARE: bool> Sweep for Pass<'_, '_, '_, S, SQUARE> {
     #[inline(always)]
     fn visit(&mut self, sweep: usize, row: usize, columns: Range<usize>) {
         let [even, odd] = &mut self.jacobi.flows;
@@ -142,11 +150,11 @@ impl<S: Simd, const SQUARE: bool> Sweep for Pass<'_, '_, S, SQUARE> {
 #[inline(always)]
 fn jacobi_piece<S: Simd, const SQUARE: bool>(
     simd: S,
-    system: &System,
+    system: &System<'_>,
     y: usize,
     columns: &Range<usize>,
-    from: &[Padded; 2],
-    to: &mut [Padded; 2],
+    from: &[Padded<&mut [f32]>; 2],
+    to: &mut [Padded<&mut [f32]>; 2],
 ) {
     let (x, count) = (columns.start, columns.len());
     let up = if y == 0 { 0 } else { -1 };
