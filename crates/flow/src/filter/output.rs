@@ -1,7 +1,7 @@
 //! The filter's state as ranges of the full image.
 
 use super::doubt::Doubt;
-use super::edges::Edges;
+use super::edges::{EdgeRow, Edges};
 use super::lattice::Lattice;
 use super::state::Node;
 use rayon::prelude::*;
@@ -48,50 +48,179 @@ impl Output {
     ) {
         let width = self.width;
         let (edges, doubts) = (Edges::new(lattice, nodes), doubt.of_pixels(nodes, trust));
-        let columns: Vec<(usize, usize, f32)> = (0..width)
-            .map(|x| place(x, self.binning, lattice.width, lattice.wraps))
+        let columns: Vec<Place> = (0..width)
+            .map(|x| Place::new(x, self.binning, lattice.width, lattice.wraps))
             .collect();
+        let arch = pulp::Arch::new();
         let rows = range.data_mut().par_chunks_mut(width);
         rows.zip(std.data_mut().par_chunks_mut(width))
             .enumerate()
-            .for_each(|(y, (range, std))| {
-                let (top, bottom, t) = place(y, self.binning, lattice.height, false);
-                let row_cell = top;
-                let (top, bottom) = (top * lattice.width, bottom * lattice.width);
-                let length = &self.length[y * width..(y + 1) * width];
-                for (x, (left, right, s)) in columns.iter().enumerate() {
-                    let [a, b] = [top + left, top + right];
-                    let [c, d] = [bottom + left, bottom + right];
-                    let all = |k: usize| [nodes[a][k], nodes[b][k], nodes[c][k], nodes[d][k]];
-                    // Variances are not extrapolated: two that differ would leave none beyond the smaller one.
-                    let within = (s.clamp(0.0, 1.0), t.clamp(0.0, 1.0));
-                    let (zeta, variance) = (mix(all(0), *s, t), mix(all(3), within.0, within.1));
-                    // Extrapolation by a quarter of a pixel must not leave what is possible.
-                    let corner = nodes[a][0];
-                    let zeta = if zeta < 0.5 * corner {
-                        0.5 * corner
-                    } else {
-                        zeta
-                    };
-                    let metres = length[x] / zeta;
-                    let square = zeta * zeta;
-                    let doubts = [doubts[a], doubts[b], doubts[c], doubts[d]];
-                    let against = mix(doubts, within.0, within.1);
-                    let other = edges.variance(zeta, *left, row_cell) + against * square;
-                    let deviation = scale.of(doubt.of_noise(variance, square), other, zeta);
-                    let known = metres > 0.0 && metres.is_finite();
-                    range[x] = if known { metres } else { f32::NAN };
-                    std[x] = if known { metres * deviation } else { f32::NAN };
-                }
-            });
+            .for_each_init(
+                || Mixes::new(lattice.width, width),
+                |mixes, (y, (range, std))| {
+                    let place = Place::new(y, self.binning, lattice.height, false);
+                    let Place { low, high, .. } = place;
+                    let rows =
+                        [low, high].map(|row| row * lattice.width..(row + 1) * lattice.width);
+                    arch.dispatch(Row {
+                        nodes: rows.each_ref().map(|row| &nodes[row.clone()]),
+                        doubts: rows.map(|row| &doubts[row]),
+                        place,
+                        columns: &columns,
+                        length: &self.length[y * width..][..width],
+                        edges: edges.row(low),
+                        doubt,
+                        scale,
+                        mixes,
+                        out: [range, std],
+                    });
+                },
+            );
     }
 }
 
-/// Bilinear mix of the upper and the lower two.
+/// The lattice's pixels between which a pixel lies, and the way from the lower one; beyond them it extrapolates.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    low: usize,
+    high: usize,
+    way: f32,
+}
+
+impl Place {
+    fn new(i: usize, binning: usize, size: usize, wraps: bool) -> Self {
+        let at = (i as f32 + 0.5) / binning as f32 - 0.5;
+        if wraps {
+            let before = at.floor();
+            let low = (before as i64).rem_euclid(size as i64) as usize;
+            return Self {
+                low,
+                high: (low + 1) % size,
+                way: at - before,
+            };
+        }
+        let low = (at.max(0.0) as usize).min(size - 2);
+        Self {
+            low,
+            high: low + 1,
+            way: at - low as f32,
+        }
+    }
+}
+
+/// One row of the output, compiled for wide vectors.
+struct Row<'a> {
+    /// Of the lattice's rows above and below.
+    nodes: [&'a [Node]; 2],
+    doubts: [&'a [f32]; 2],
+    /// Between those rows.
+    place: Place,
+    columns: &'a [Place],
+    length: &'a [f32],
+    edges: EdgeRow<'a>,
+    doubt: &'a Doubt,
+    scale: StdScale,
+    mixes: &'a mut Mixes,
+    out: [&'a mut [f32]; 2],
+}
+
+/// What is mixed for a row: zeta, its variance, the doubts' relative variance.
+const MIXED: usize = 3;
+
+/// Room for a row of the lattice, mixed of two, and for what its pixels take from there.
+struct Mixes {
+    lattice: [Vec<f32>; MIXED],
+    pixels: [Vec<f32>; MIXED],
+    /// Zeta above and left of a pixel.
+    corner: Vec<f32>,
+    /// As of [`EdgeRow::at`].
+    edge: [Vec<f32>; 3],
+}
+
+impl Mixes {
+    fn new(lattice: usize, width: usize) -> Self {
+        Self {
+            lattice: [(); MIXED].map(|()| vec![0.0; lattice]),
+            pixels: [(); MIXED].map(|()| vec![0.0; width]),
+            corner: vec![0.0; width],
+            edge: [(); 3].map(|()| vec![0.0; width]),
+        }
+    }
+}
+
+impl pulp::WithSimd for Row<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { mixes, edges, .. } = self;
+        mixes.down(self.nodes, self.doubts, self.place.way);
+        mixes.across(self.columns, self.nodes[0], edges);
+        let count = self.length.len();
+        let [zeta, variance, against] = mixes.pixels.each_ref().map(|row| &row[..count]);
+        let [least, most, bent] = mixes.edge.each_ref().map(|row| &row[..count]);
+        let (corner, length) = (&mixes.corner[..count], &self.length[..count]);
+        let [range, std] = self.out.map(|row| &mut row[..count]);
+        for x in 0..count {
+            // Extrapolation by a quarter of a pixel must not leave what is possible.
+            let (zeta, nearest) = (zeta[x], 0.5 * corner[x]);
+            let zeta = if zeta < nearest { nearest } else { zeta };
+            let metres = length[x] / zeta;
+            let square = zeta * zeta;
+            let edge = edges.variance(zeta, [least[x], most[x], bent[x]]);
+            let other = edge + against[x] * square;
+            let deviation = self
+                .scale
+                .of(self.doubt.of_noise(variance[x], square), other, zeta);
+            // False for NaN, too.
+            let known = metres > 0.0 && metres < f32::INFINITY;
+            range[x] = if known { metres } else { f32::NAN };
+            std[x] = if known { metres * deviation } else { f32::NAN };
+        }
+    }
+}
+
+impl Mixes {
+    /// A row between two of the lattice. Variances are not extrapolated: two that differ would leave none beyond the
+    /// smaller one.
+    #[inline(always)]
+    fn down(&mut self, [above, below]: [&[Node]; 2], doubts: [&[f32]; 2], way: f32) {
+        let within = way.clamp(0.0, 1.0);
+        let [zeta, variance, against] = &mut self.lattice;
+        let nodes = above.iter().zip(below);
+        let out = zeta.iter_mut().zip(variance);
+        for ((zeta, variance), (above, below)) in out.zip(nodes) {
+            *zeta = mix(above[0], below[0], way);
+            *variance = mix(above[3], below[3], within);
+        }
+        for ((out, above), below) in against.iter_mut().zip(doubts[0]).zip(doubts[1]) {
+            *out = mix(*above, *below, within);
+        }
+    }
+
+    /// The pixels of that row.
+    #[inline(always)]
+    fn across(&mut self, columns: &[Place], above: &[Node], edges: EdgeRow<'_>) {
+        let Self {
+            lattice,
+            pixels: [zeta, variance, against],
+            corner,
+            edge: [least, most, bent],
+        } = self;
+        for (x, Place { low, high, way }) in columns.iter().enumerate() {
+            let within = way.clamp(0.0, 1.0);
+            zeta[x] = mix(lattice[0][*low], lattice[0][*high], *way);
+            variance[x] = mix(lattice[1][*low], lattice[1][*high], within);
+            against[x] = mix(lattice[2][*low], lattice[2][*high], within);
+            corner[x] = above[*low][0];
+            [least[x], most[x], bent[x]] = edges.at(*low);
+        }
+    }
+}
+
 #[inline(always)]
-fn mix([a, b, c, d]: [f32; 4], s: f32, t: f32) -> f32 {
-    let (upper, lower) = (a + s * (b - a), c + s * (d - c));
-    upper + t * (lower - upper)
+fn mix(a: f32, b: f32, way: f32) -> f32 {
+    a + way * (b - a)
 }
 
 /// From the variance the state carries to the error that is seen.
@@ -115,18 +244,6 @@ impl StdScale {
         let other = edge * per_square + self.floor * self.floor + self.common;
         (self.factor * self.factor * variance * per_square + self.stale * other).sqrt()
     }
-}
-
-/// The lattice's pixels between which a pixel lies, and the way between; beyond them it extrapolates.
-fn place(i: usize, binning: usize, size: usize, wraps: bool) -> (usize, usize, f32) {
-    let at = (i as f32 + 0.5) / binning as f32 - 0.5;
-    if wraps {
-        let low = at.floor();
-        let wrapped = (low as i64).rem_euclid(size as i64) as usize;
-        return (wrapped, (wrapped + 1) % size, at - low);
-    }
-    let low = (at.max(0.0) as usize).min(size - 2);
-    (low, low + 1, at - low as f32)
 }
 
 #[cfg(test)]
