@@ -2,9 +2,9 @@
 
 use super::lattice::{LensCall, read};
 use super::lens::Lens;
+use super::pair::{HIDES, Pair};
 use super::predict::fresh;
 use super::state::Node;
-use super::update::{HIDES, Pair};
 use rayon::prelude::*;
 
 /// Asks pixels beside a depth edge whether the other surface suits them better.

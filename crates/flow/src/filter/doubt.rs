@@ -1,8 +1,8 @@
 //! What makes a pixel's range more or less certain than its variance says.
 
+use super::judge::Tally;
 use super::lattice::Lattice;
 use super::state::Node;
-use super::update::Tally;
 
 /// How long pixels have been in view, as the pairs of an image say.
 pub(super) struct Views<'a> {

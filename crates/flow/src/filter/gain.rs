@@ -2,9 +2,9 @@
 
 use super::lattice::{Around, LensCall, read};
 use super::lens::Lens;
+use super::pair::Pair;
 use super::rolling::{Sample, past_rows};
 use super::state::Node;
-use super::update::Pair;
 use rayon::prelude::*;
 use std::ops::Range;
 

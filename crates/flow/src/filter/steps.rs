@@ -2,11 +2,12 @@
 
 use super::contest::Contest;
 use super::gain::{Light, MeasureGain};
+use super::pair::Pair;
 use super::predict::{Predict, relative};
 use super::prepare::Prepared;
 use super::slip::{Known, MeasureSlip};
 use super::state::{Drift, Node, Past};
-use super::update::{Pair, Update, fade};
+use super::update::{Update, fade};
 use super::{Brightness, DepthFilter, DepthStep};
 use crate::{DepthReason, DepthStatus};
 use nalgebra::Rotation3;

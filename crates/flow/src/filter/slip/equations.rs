@@ -1,6 +1,6 @@
 //! Normal equations of a pair's missing movement, beside errors that all ranges share.
 
-use super::super::update::Pair;
+use super::super::pair::Pair;
 use super::LARGEST_PX;
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 

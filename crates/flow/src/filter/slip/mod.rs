@@ -9,8 +9,8 @@ mod equations;
 
 use super::lattice::{Around, LensCall, read};
 use super::lens::Lens;
+use super::pair::{HIDES, Pair};
 use super::state::Node;
-use super::update::{HIDES, Pair};
 pub(super) use equations::{Known, Slip};
 use equations::{SUMS, Sums, UNKNOWNS};
 use nalgebra::Vector3;

@@ -1,0 +1,26 @@
+//! The new image and one of the past.
+
+use super::lattice::Lattice;
+use super::predict::Step;
+use super::prepare::Prepared;
+use super::state::Drift;
+
+/// Two images and what lies between them.
+pub(super) struct Pair<'a> {
+    pub lattice: &'a Lattice,
+    /// From the new camera to the past one.
+    pub step: Step,
+    pub new: &'a Prepared,
+    pub past: &'a Prepared,
+    /// The surface seen in the past image, 0 where not well known; empty to hide nothing.
+    pub surface: &'a [f32],
+    /// New brightness over past brightness, per row of the new image.
+    pub gain: Vec<f32>,
+    /// Uncertainty of the step.
+    pub drift: Drift,
+    /// Frames to the past image.
+    pub lag: usize,
+}
+
+/// A past surface nearer by this share hides the pixel.
+pub(super) const HIDES: f32 = 1.06;
