@@ -2,7 +2,7 @@
 
 use super::lattice::{Around, Lattice, mix};
 use super::lens::Lens;
-use super::predict::{INFLOW, STRETCHED, Seen, Step, fresh, known, surface};
+use super::predict::{INFLOW, Moved, STRETCHED, Step, fresh, known, surface};
 use super::state::Node;
 use nalgebra::{Matrix3, Vector3};
 
@@ -105,12 +105,12 @@ impl Block {
         let mut kept = carry.memory;
         match nearest.map(|nearest| surface(carry.lattice, nearest, x, y)) {
             None => {}
-            Some(Seen::Again(zeta)) => guess = zeta,
-            Some(Seen::Between(zeta)) => {
+            Some(Moved::Again(zeta)) => guess = zeta,
+            Some(Moved::Between(zeta)) => {
                 guess = zeta;
                 kept *= STRETCHED;
             }
-            Some(Seen::First(zeta, weak)) => {
+            Some(Moved::First(zeta, weak)) => {
                 self.set[i] = Some(fresh(if zeta > 0.0 { zeta } else { guess }, weak));
             }
         }

@@ -141,7 +141,7 @@ pub(super) fn fresh(zeta: f32, weak: bool) -> Node {
 }
 
 /// Whether anything of the old frame moved to a pixel.
-pub(super) enum Seen {
+pub(super) enum Moved {
     Again(f32),
     /// Its neighbours on both sides, but not itself.
     Between(f32),
@@ -153,17 +153,17 @@ const LOOK: usize = 12;
 
 /// What moved to pixel `(x, y)`: itself, or a crack between two that did. What comes out from behind
 /// something is taken to lie as far as the farther of its neighbours in the row.
-pub(super) fn surface(lattice: &Lattice, nearest: &[f32], x: usize, y: usize) -> Seen {
+pub(super) fn surface(lattice: &Lattice, nearest: &[f32], x: usize, y: usize) -> Moved {
     let (width, height) = (lattice.width, lattice.height);
     let here = y * width + x;
     if nearest[here] > 0.0 {
-        return Seen::Again(nearest[here]);
+        return Moved::Again(nearest[here]);
     }
     if x > 0 && x + 1 < width && nearest[here - 1] > 0.0 && nearest[here + 1] > 0.0 {
-        return Seen::Between(nearest[here - 1].min(nearest[here + 1]));
+        return Moved::Between(nearest[here - 1].min(nearest[here + 1]));
     }
     if y > 0 && y + 1 < height && nearest[here - width] > 0.0 && nearest[here + width] > 0.0 {
-        return Seen::Between(nearest[here - width].min(nearest[here + width]));
+        return Moved::Between(nearest[here - width].min(nearest[here + width]));
     }
     let row = &nearest[y * width..(y + 1) * width];
     let left = row[x.saturating_sub(LOOK)..x]
@@ -174,14 +174,14 @@ pub(super) fn surface(lattice: &Lattice, nearest: &[f32], x: usize, y: usize) ->
     let weak = left.is_none() || right.is_none();
     let sides = [left, right].into_iter().flatten().copied();
     let farther = sides.fold(f32::INFINITY, f32::min);
-    Seen::First(if farther.is_finite() { farther } else { 0.0 }, weak)
+    Moved::First(if farther.is_finite() { farther } else { 0.0 }, weak)
 }
 
 /// Zeta of what moved to a pixel or to both sides of it; 0 where nothing did.
 pub(super) fn seen_again(lattice: &Lattice, nearest: &[f32], (x, y): (usize, usize)) -> f32 {
     match surface(lattice, nearest, x, y) {
-        Seen::Again(zeta) | Seen::Between(zeta) => zeta,
-        Seen::First(..) => 0.0,
+        Moved::Again(zeta) | Moved::Between(zeta) => zeta,
+        Moved::First(..) => 0.0,
     }
 }
 
