@@ -289,6 +289,7 @@ mod tests {
             gain: vec![1.0; HEIGHT],
             drift: Drift::default(),
             lag: 1,
+            repeats: 1.0,
         };
         let column = |i: usize| i % WIDTH;
         let told = |x: usize| if wrong.contains(&x) { zeta(0) } else { zeta(x) };

@@ -76,7 +76,8 @@ impl Judge {
     pub fn new(pair: &Pair<'_>, y: usize, pairs: usize) -> Self {
         let gain = pair.gain[y];
         let focal2 = pair.lattice.focal_px * pair.lattice.focal_px;
-        let raw = pair.new.sigma_raw.powi(2) + (gain * pair.past.sigma_raw).powi(2);
+        let past = pair.repeats * (gain * pair.past.sigma_raw).powi(2);
+        let raw = pair.new.sigma_raw.powi(2) + past;
         let along2 = WIDE_ANGLE * focal2 * pair.step.translation.norm_squared();
         Self {
             gain,

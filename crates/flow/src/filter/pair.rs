@@ -20,6 +20,9 @@ pub(super) struct Pair<'a> {
     pub drift: Drift,
     /// Frames to the past image.
     pub lag: usize,
+    /// Images, not yet forgotten, that have been compared with the past one in this pair's role: its noise is the
+    /// same for all of them.
+    pub repeats: f32,
 }
 
 /// A past surface nearer by this share hides the pixel.

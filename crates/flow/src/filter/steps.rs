@@ -45,6 +45,9 @@ const LEFT: f32 = 0.1;
 /// Parallax below which a pair of images says nothing, pixels of the filter.
 const LEAST_PARALLAX_PX: f32 = 0.03;
 
+/// Images that are compared with the oldest one and not yet forgotten: one to four, while it stands in for a lag.
+const REPEATS: f32 = 3.0;
+
 /// A frame says more than the longest lag that is there if it is so many times as old.
 const OLDER: f32 = 1.5;
 
@@ -138,7 +141,7 @@ impl DepthFilter {
     }
 
     /// That of the oldest frame, which stands in for the lags that are not there yet: what a start lacks is baseline.
-    /// No longer than that: its noise is the same for all images that are compared with it, and is forgotten early on.
+    /// Not for long: its noise is the same for all images that are compared with it, and is forgotten early on only.
     fn first_lag(&self) -> Option<usize> {
         let oldest = self.past.len();
         let longest = self.lags_there().last().unwrap_or(0);
@@ -180,6 +183,11 @@ impl DepthFilter {
             gain: Vec::new(),
             drift: drift.plus(&self.motion.noise).plus(&past.noise),
             lag,
+            repeats: if self.config.lags.contains(&lag) {
+                1.0
+            } else {
+                REPEATS
+            },
         }
     }
 

@@ -157,7 +157,7 @@ mod tests {
     }
 
     /// Information that pairs give in all, one for each of the past images, which are brighter by so much.
-    fn information(brighter: &[f32], drift: Drift) -> f32 {
+    fn information(brighter: &[f32], drift: Drift, repeats: f32) -> f32 {
         let camera = Camera::pinhole(FOCAL_PX, FOCAL_PX, 39.5, 29.5, WIDTH, HEIGHT).unwrap();
         let lattice = Lattice::new(&camera).unwrap();
         let new = view(&lattice, STEP_M, 0.0);
@@ -177,6 +177,7 @@ mod tests {
             gain: vec![1.0; HEIGHT],
             drift,
             lag: index + 1,
+            repeats,
         };
         let pairs: Vec<Pair<'_>> = past.iter().enumerate().map(pair).collect();
         let pixels = WIDTH * HEIGHT;
@@ -194,23 +195,33 @@ mod tests {
     #[test]
     fn pairs_that_share_the_error_of_a_pose_say_no_more_than_one_of_them() {
         let none = Drift::default();
-        let [one, six] = [1, 6].map(|count| information(&vec![0.0; count], none));
+        let [one, six] = [1, 6].map(|count| information(&vec![0.0; count], none, 1.0));
         assert!((six / one - 6.0).abs() < 0.01, "{one}, {six}");
         // Paint moves by more than a pixel: that rules out noise as what limits.
         let turned = Drift {
             rotation: 1e-3,
             translation: 0.0,
         };
-        let [one, six] = [1, 6].map(|count| information(&vec![0.0; count], turned));
+        let [one, six] = [1, 6].map(|count| information(&vec![0.0; count], turned, 1.0));
         assert!(six > 0.99 * one && six < 1.1 * one, "{one}, {six}");
+    }
+
+    #[test]
+    fn noise_that_is_met_again_counts_as_often() {
+        let none = Drift::default();
+        let [once, often] = [1.0, 5.0].map(|repeats| information(&[0.0], none, repeats));
+        // Both images have the same noise, and some is left for reading between pixels.
+        let least = (1.0 + 1.0) / (1.0 + 5.0);
+        let share = often / once;
+        assert!(share > least && share < 1.5 * least, "{once}, {often}");
     }
 
     #[test]
     fn a_pair_counts_for_less_where_a_shorter_one_did_not_fit() {
         let none = Drift::default();
-        let alone = information(&[0.0], none);
-        let fitting_first = information(&[0.0, STRANGE], none);
-        let strange_first = information(&[STRANGE, 0.0], none);
+        let alone = information(&[0.0], none, 1.0);
+        let fitting_first = information(&[0.0, STRANGE], none, 1.0);
+        let strange_first = information(&[STRANGE, 0.0], none, 1.0);
         assert!(fitting_first > alone, "{fitting_first}, {alone}");
         assert!(strange_first < 0.5 * alone, "{strange_first}, {alone}");
     }

@@ -84,6 +84,7 @@ fn measure(turned: &Rotation3<f64>, moved: &Vector3<f64>, factor: f32, told: Dri
         gain: vec![1.0; HEIGHT],
         drift: told,
         lag: 1,
+        repeats: 1.0,
     };
     let known = Known::of(&pair, 1.0 / WALL_M);
     lattice.lens.with(MeasureSlip {
