@@ -147,7 +147,7 @@ impl DepthFilter {
         let longest = self.lags_there().last().unwrap_or(0);
         let lacking = self.config.lags.iter().any(|lag| *lag > oldest);
         let early = self.updates < self.config.start_frames;
-        let older = oldest as f32 >= OLDER * longest as f32;
+        let older = oldest > longest && oldest as f32 >= OLDER * longest as f32;
         (lacking && early && older).then_some(oldest)
     }
 
