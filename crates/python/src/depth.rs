@@ -107,7 +107,8 @@ pub fn twist(v_m_s: &Bound<'_, PyAny>, omega_rad_s: &Bound<'_, PyAny>) -> PyResu
 ///     Pixels to a side of one of the filter's, 1 to 4.
 /// lags : sequence of int
 ///     Distances in frames to the past images that are compared. Made for 60 Hz; halve them at 30. All
-///     images up to the longest are kept, at twenty bytes per pixel of the filter.
+///     images up to the longest are kept, at twenty bytes per pixel of the filter. At the start the first
+///     image stands in for those that are not there yet.
 /// sigma_grey : float, optional
 ///     Standard deviation of the image noise, grey levels; measured where not given.
 /// initial_range_m : float

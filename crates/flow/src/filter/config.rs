@@ -20,7 +20,8 @@ pub struct DepthFilterConfig {
     /// leaves, at a quarter of the time.
     pub binning: usize,
     /// Distances, in frames, to the past images that each image is compared with; increasing. All images up to the
-    /// longest are kept, at twenty bytes per pixel of the filter.
+    /// longest are kept, at twenty bytes per pixel of the filter. At the start the first image stands in for lags that
+    /// are not there yet.
     pub lags: Vec<usize>,
     /// Standard deviation of the image noise, grey levels; `None` to measure it.
     pub sigma_grey: Option<f64>,

@@ -101,7 +101,7 @@ impl Judge {
     /// Adds what the residuals say to the nodes, each by its weight. Whether they are measured as well is known to
     /// the compiler.
     #[inline(always)]
-    pub fn judge<const MEASURED: bool>(
+    pub fn correct<const MEASURED: bool>(
         &self,
         seen: &Seen,
         new: &[[f32; 4]],

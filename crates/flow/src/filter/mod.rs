@@ -15,6 +15,7 @@ mod gain;
 mod impulses;
 mod judge;
 mod keyframes;
+mod lags;
 mod lattice;
 mod lens;
 mod motion;

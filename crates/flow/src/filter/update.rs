@@ -110,8 +110,8 @@ impl<L: Lens> pulp::WithSimd for UpdateRow<'_, '_, L> {
                 seen.place(self.lens, pair, first, nodes);
                 seen.read(pair, nodes);
                 tally.add(&match self.y % SAMPLED {
-                    0 => judge.judge::<true>(&seen, new, nodes, trust),
-                    _ => judge.judge::<false>(&seen, new, nodes, trust),
+                    0 => judge.correct::<true>(&seen, new, nodes, trust),
+                    _ => judge.correct::<false>(&seen, new, nodes, trust),
                 });
                 if !pair.lattice.wraps {
                     seen.date(pair, since);
