@@ -1,4 +1,7 @@
 //! How much brighter the new image is than a past one, measured between warped images.
+//!
+//! Where ranges are off, rows look brighter or darker as well: what a common error of the ranges of a row's pixels
+//! explains, within their deviation, is not taken for light.
 
 use super::lattice::{Around, LensCall, read};
 use super::lens::Lens;
@@ -22,22 +25,23 @@ pub(super) struct MeasureGain<'a, 'b> {
     pub nodes: &'a [Node],
 }
 
-/// Sums over the pixels of a row that both images see.
+/// Brightness, summed over the pixels that both images see.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     new: f64,
     past: f64,
     count: f64,
-    /// Count times the median of the pair's ratios.
-    median: f64,
 }
 
 impl Sums {
-    fn add(&mut self, other: &Self) {
-        self.new += other.new;
-        self.past += other.past;
-        self.count += other.count;
-        self.median += other.median;
+    fn add(&mut self, sample: &Sample) {
+        self.new += f64::from(sample.new);
+        self.past += f64::from(sample.past);
+        self.count += 1.0;
+    }
+
+    fn gain(&self) -> f64 {
+        self.new / self.past
     }
 }
 
@@ -69,10 +73,12 @@ impl LensCall<Light> for MeasureGain<'_, '_> {
                 past: Vec::new(),
             };
         }
-        let past = past_rows(&samples.concat(), &gain, lattice.height);
+        let noise = pair.new.sigma.hypot(pair.past.sigma);
+        let past = past_rows(&samples.concat(), &gain, lattice.height, noise);
         for sample in samples.iter_mut().flatten() {
             let gain = past.get(sample.past_row.round() as usize);
-            sample.past *= gain.copied().unwrap_or(1.0);
+            let gain = gain.copied().unwrap_or(1.0);
+            (sample.past, sample.misplaced) = (gain * sample.past, gain * sample.misplaced);
         }
         Light {
             gain: self.gains(&samples).0,
@@ -98,21 +104,27 @@ impl MeasureGain<'_, '_> {
         let middle = ratios.len() / 2;
         let (_, median, _) = ratios.select_nth_unstable_by(middle, f32::total_cmp);
         let median = *median;
-        let allowed = 4.0 * pair.new.sigma.hypot(median * pair.past.sigma);
-        let sum = |row: &Vec<Sample>| {
-            let mut sums = Sums::default();
-            for Sample { new, past, .. } in row {
-                if (new - median * past).abs() < allowed + ROW_CHANGE * new {
-                    sums.new += f64::from(*new);
-                    sums.past += f64::from(*past);
-                    sums.count += 1.0;
-                    sums.median += f64::from(median);
-                }
-            }
+        let noise = pair.new.sigma.hypot(median * pair.past.sigma);
+        let fits = |sample: &&Sample| {
+            let off = (sample.new - median * sample.past).abs();
+            off < 4.0 * noise + ROW_CHANGE * sample.new
+        };
+        let mut total = Sums::default();
+        let fitting = samples.iter().flatten().filter(fits);
+        fitting.for_each(|sample| total.add(sample));
+        if total.count < LEAST_SAMPLES as f64 {
+            return (vec![1.0; height], false);
+        }
+        let overall = total.gain() as f32;
+        let row = |row: &Vec<Sample>| {
+            let mut sums = RowSums::default();
+            let fitting = row.iter().filter(fits);
+            fitting.for_each(|sample| sums.add(sample, overall, pair.past.sigma));
             sums
         };
-        let sums: Vec<Sums> = samples.iter().map(sum).collect();
-        gains(&sums, f64::from(pair.new.sigma), height)
+        let rows: Vec<RowSums> = samples.iter().map(row).collect();
+        let sigma = f64::from(noise);
+        gains((&total, &rows), f64::from(median), sigma, height)
     }
 }
 
@@ -153,74 +165,126 @@ impl<L: Lens> RowSamples<'_, '_, L> {
     fn block(&self, pixels: Range<usize>, samples: &mut Vec<Sample>) {
         let (pair, lattice) = (self.pair, self.pair.lattice);
         let mut places = [[f32::NAN; TOGETHER]; 2];
+        let mut off = [[f32::NAN; TOGETHER]; 2];
+        let step = &pair.step.translation;
         let rays = lattice.ray[pixels.clone()].chunks(COLUMNS);
         let nodes = self.nodes[pixels.clone()].chunks(COLUMNS);
         for (i, (ray, node)) in rays.zip(nodes).enumerate() {
             let (ray, node) = (&ray[0], &node[0]);
-            let there = pair.step.rotation * ray + pair.step.translation * node[0];
-            [places[0][i], places[1][i]] = self.lens.project(&there);
+            let there = pair.step.there(ray, node[0]);
+            let (place, along) = self.lens.project_along(&there, step);
+            [places[0][i], places[1][i]] = place;
+            let deviation = node[3].sqrt();
+            [off[0][i], off[1][i]] = along.map(|along| along * deviation);
         }
         let mut around = Around::new();
         lattice.around_each(&places, &mut around);
         for (i, new) in pair.new.pixel[pixels].chunks(COLUMNS).enumerate() {
             let [new, ..] = new[0];
             let four = around.four(lattice.width, i);
-            let past = read(&pair.past.pixel, four, around.across[i], around.down[i])[0];
+            let (s, t) = (around.across[i], around.down[i]);
+            let [past, gx, gy, _] = read(&pair.past.pixel, four, s, t);
             if past > DARK && new > DARK {
                 samples.push(Sample {
                     new,
                     past,
                     row: self.y as f32,
                     past_row: places[1][i],
+                    misplaced: gx * off[0][i] + gy * off[1][i],
                 });
             }
         }
     }
 }
 
-/// The new image's gain in each of `height` rows: one for all, and the smoothed deviations of the rows where
-/// they are more than noise (of standard deviation `sigma`). The sums are those of every so many rows.
-fn gains(sums: &[Sums], sigma: f64, height: usize) -> (Vec<f32>, bool) {
-    let rows = sums.len();
-    let mut total = Sums::default();
-    sums.iter().for_each(|row| total.add(row));
-    if total.count < LEAST_SAMPLES as f64 {
-        return (vec![1.0; height], false);
+/// The least squares of a band of rows: what it is brighter by than the image, and by how many of their deviations
+/// all of its ranges are off, which is known to be about one.
+#[derive(Clone, Copy, Debug, Default)]
+struct RowSums {
+    /// Squares and products of the past brightness and of what it is misplaced by.
+    past2: f64,
+    product: f64,
+    misplaced2: f64,
+    /// What is left of the new brightness, times both.
+    past_left: f64,
+    misplaced_left: f64,
+}
+
+impl RowSums {
+    /// `sigma` of the past brightness, whose noise is in its square.
+    fn add(&mut self, sample: &Sample, overall: f32, sigma: f32) {
+        let (past, misplaced) = (overall * sample.past, overall * sample.misplaced);
+        let left = f64::from(sample.new - past);
+        let noise2 = f64::from(overall * sigma).powi(2);
+        let (past, misplaced) = (f64::from(past), f64::from(misplaced));
+        self.past2 += past * past - noise2;
+        self.product += past * misplaced;
+        self.misplaced2 += misplaced * misplaced;
+        self.past_left += past * left + noise2;
+        self.misplaced_left += misplaced * left;
     }
-    let overall = total.new / total.past;
-    let level = total.past / total.count;
-    // Of a mean over both images' noise.
-    let variance_of = |count: f64| 2.0 * sigma * sigma / (count * level * level);
+
+    fn join(&mut self, other: &Self) {
+        self.past2 += other.past2;
+        self.product += other.product;
+        self.misplaced2 += other.misplaced2;
+        self.past_left += other.past_left;
+        self.misplaced_left += other.misplaced_left;
+    }
+
+    /// Share by which the band is brighter than the image, and its variance, for residuals' noise of standard
+    /// deviation `sigma`.
+    fn deviation(&self, sigma: f64) -> (f64, f64) {
+        let noise2 = sigma * sigma;
+        let by_range = self.product / (self.misplaced2 + noise2);
+        let by_light = self.past2 - by_range * self.product;
+        if by_light <= noise2 {
+            return (0.0, 1.0);
+        }
+        let deviation = (self.past_left - by_range * self.misplaced_left) / by_light;
+        (deviation, noise2 / by_light)
+    }
+}
+
+/// The new image's gain in each of `height` rows: one for all, and the smoothed deviations of the rows where
+/// they are more than noise (of standard deviation `sigma`). The rows are every so many.
+fn gains(
+    (total, rows): (&Sums, &[RowSums]),
+    median: f64,
+    sigma: f64,
+    height: usize,
+) -> (Vec<f32>, bool) {
+    let (overall, level) = (total.gain(), total.past / total.count);
     let reach = (height / 40 / STEP).max(1);
-    let deviations: Vec<f64> = (0..rows)
-        .map(|y| {
-            let mut band = Sums::default();
-            // As far up as down: a mean of one side would be another row's.
-            let reach = reach.min(y).min(rows - 1 - y);
-            sums[y - reach..=y + reach]
-                .iter()
-                .for_each(|row| band.add(row));
-            if band.past > 0.0 {
-                band.new / band.past / overall - 1.0
-            } else {
-                0.0
-            }
-        })
-        .collect();
-    let variance = deviations.iter().map(|d| d * d).sum::<f64>() / rows as f64;
-    let band = total.count / rows as f64 * (2 * reach + 1) as f64;
-    let clear = variance > 25.0 * variance_of(band) + LEAST_DEVIATION * LEAST_DEVIATION;
+    let band = |y: usize| {
+        let mut band = RowSums::default();
+        // As far up as down: a mean of one side would be another row's.
+        let reach = reach.min(y).min(rows.len() - 1 - y);
+        let around = &rows[y - reach..=y + reach];
+        around.iter().for_each(|row| band.join(row));
+        band.deviation(sigma)
+    };
+    let bands: Vec<(f64, f64)> = (0..rows.len()).map(band).collect();
+    let least2 = LEAST_DEVIATION * LEAST_DEVIATION;
+    let clarity = |(deviation, variance): &(f64, f64)| {
+        let noise2 = CLEAR * CLEAR * variance;
+        deviation * deviation / (noise2 + least2)
+    };
+    let clear = bands.iter().map(clarity).sum::<f64>() > bands.len() as f64;
     // A light that does not change is not measured again and again: the noise of that would stay.
     // What is hidden moves the mean, a pattern the median: both must say so.
-    let change = (overall - 1.0)
-        .abs()
-        .min((total.median / total.count - 1.0).abs());
-    let changed = change > LEAST_CHANGE + 4.0 * variance_of(total.count).sqrt();
+    let change = (overall - 1.0).abs().min((median - 1.0).abs());
+    let noise = sigma / (total.count.sqrt() * level);
+    let changed = change > LEAST_CHANGE + 4.0 * noise;
     let overall = if clear || changed { overall } else { 1.0 };
     let keep = if clear { 1.0 } else { 0.0 };
+    let deviations: Vec<f64> = bands.iter().map(|(deviation, _)| *deviation).collect();
     let gain = |y| (overall * (1.0 + keep * between(&deviations, y))) as f32;
     ((0..height).map(gain).collect(), clear)
 }
+
+/// Rows differ clearly by so many standard deviations.
+const CLEAR: f64 = 5.0;
 
 /// The line through the measured rows around a row.
 fn between(rows: &[f64], y: usize) -> f64 {
@@ -234,3 +298,136 @@ const LEAST_DEVIATION: f64 = 0.01;
 
 /// Likewise of the whole image.
 const LEAST_CHANGE: f64 = 0.002;
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
+mod tests {
+    use super::*;
+    use crate::filter::lattice::Lattice;
+    use crate::filter::predict::Step;
+    use crate::filter::prepare::{Preparation, Prepared};
+    use crate::filter::state::Drift;
+    use nalgebra::{Matrix3, Vector3};
+    use sphereflow_core::Plane;
+    use sphereflow_sphere::Camera;
+
+    const WIDTH: usize = 160;
+    const HEIGHT: usize = 120;
+    /// The painted wall stands this far before both cameras, metres; the new one is lower.
+    const WALL_M: f64 = 2.0;
+    const STEP_M: f64 = 0.05;
+    /// By which 1/Z is too large where it is wrong, and its deviation then, as shares.
+    const OFF: f32 = 0.2;
+    /// Gains are lines between rows, and means over bands of them.
+    const WITHIN: f32 = 0.01;
+
+    /// Light that runs over the rows.
+    fn light(y: usize) -> f32 {
+        1.0 + 0.08 * (std::f32::consts::TAU * y as f32 / HEIGHT as f32).sin()
+    }
+
+    /// What a camera at (0, y, 0) sees of the wall: stripes across its motion, and along it.
+    fn view(lattice: &Lattice, y_m: f64, stripes: [f64; 2], lit: bool) -> Prepared {
+        let image = Plane::from_fn(WIDTH, HEIGHT, |x, y| {
+            let ray = lattice.ray[y * WIDTH + x].cast::<f64>();
+            let (x_m, y_m) = (ray.x / ray.z * WALL_M, ray.y / ray.z * WALL_M + y_m);
+            let waves = stripes[0] * (11.0 * y_m).sin() + stripes[1] * (9.0 * x_m).sin();
+            let light = if lit { light(y) } else { 1.0 };
+            light * (128.0 + waves) as f32
+        });
+        let mut preparation = Preparation::new(WIDTH, HEIGHT, 1);
+        preparation.prepare(&image, lattice, Some(1.0), Prepared::empty())
+    }
+
+    /// The gains of the new image's rows over those of a past one that was lit evenly.
+    fn measured(stripes: [f64; 2], lit: bool, off: f32) -> Light {
+        let camera = Camera::pinhole(150.0, 150.0, 79.5, 59.5, WIDTH, HEIGHT).unwrap();
+        let lattice = Lattice::new(&camera).unwrap();
+        let new = view(&lattice, STEP_M, stripes, lit);
+        let past = view(&lattice, 0.0, stripes, false);
+        let pair = Pair {
+            lattice: &lattice,
+            step: Step {
+                rotation: Matrix3::identity(),
+                translation: Vector3::new(0.0, STEP_M as f32, 0.0),
+            },
+            new: &new,
+            past: &past,
+            surface: &[],
+            gain: Vec::new(),
+            drift: Drift::default(),
+            lag: 1,
+            repeats: 1.0,
+        };
+        let zeta = (1.0 / WALL_M) as f32;
+        let deviation = off.max(1e-3) * zeta;
+        let node = [(1.0 + off) * zeta, 0.0, 1.0, deviation * deviation];
+        let nodes = vec![node; WIDTH * HEIGHT];
+        lattice.lens.with(MeasureGain {
+            pair: &pair,
+            nodes: &nodes,
+        })
+    }
+
+    /// Largest relative error of the rows' gains, away from the border that smoothing spoils.
+    fn largest_error(found: &Light, lit: bool) -> f32 {
+        let past = |y: usize| found.past.get(y).copied().unwrap_or(1.0);
+        let off = |y: usize| {
+            let expected = if lit { light(y) } else { 1.0 };
+            // By the wall's distance and the step, rows have moved by four.
+            (found.gain[y] * past(y + 4) / expected - 1.0).abs()
+        };
+        (8..HEIGHT - 12).map(off).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn rows_of_stripes_that_wrong_ranges_misplace_are_not_taken_for_light() {
+        let found = measured([40.0, 0.0], false, OFF);
+        assert!(found.past.is_empty());
+        let off = largest_error(&found, false);
+        assert!(off < WITHIN, "{off}");
+    }
+
+    #[test]
+    fn light_over_the_rows_is_found_where_ranges_are_known() {
+        for stripes in [[40.0, 0.0], [0.0, 40.0], [30.0, 30.0]] {
+            let off = largest_error(&measured(stripes, true, 0.0), true);
+            assert!(off < WITHIN, "{stripes:?}: {off}");
+        }
+    }
+
+    #[test]
+    fn light_over_the_rows_is_found_in_stripes_that_ranges_do_not_move() {
+        let off = largest_error(&measured([0.0, 40.0], true, OFF), true);
+        assert!(off < WITHIN, "{off}");
+    }
+
+    #[test]
+    fn light_over_the_rows_is_told_from_a_common_error_of_ranges() {
+        let off = largest_error(&measured([30.0, 30.0], true, OFF), true);
+        assert!(off < 2.0 * WITHIN, "{off}");
+    }
+
+    #[test]
+    fn what_a_band_is_brighter_by_is_uncertain_where_misplaced_ranges_look_alike() {
+        let band = |misplaced: fn(usize) -> f32| {
+            let mut sums = RowSums::default();
+            for x in 0..400 {
+                let sample = Sample {
+                    new: 106.0,
+                    past: 100.0,
+                    row: 0.0,
+                    past_row: 0.0,
+                    misplaced: misplaced(x),
+                };
+                sums.add(&sample, 1.0, 0.0);
+            }
+            sums.deviation(2.0)
+        };
+        // Paint of both signs: light it is. Of one: 6 % may be either.
+        let (deviation, variance) = band(|x| if x % 2 == 0 { 6.0 } else { -6.0 });
+        assert!((deviation - 0.06).abs() < 1e-6 && variance.sqrt() < 0.002);
+        let (_, variance) = band(|_| 6.0);
+        assert!((variance.sqrt() - 0.06).abs() < 0.002, "{variance}");
+    }
+}

@@ -14,6 +14,8 @@ pub(super) struct Sample {
     /// Rows in both images, pixels.
     pub row: f32,
     pub past_row: f32,
+    /// What the past brightness would change by if 1/Z were larger by its deviation.
+    pub misplaced: f32,
 }
 
 /// Both images' logarithms of light are lines between this many rows and one.
@@ -30,11 +32,11 @@ const OFF: f64 = 0.15;
 const HOLD: f64 = 1e-3;
 
 /// Gain of each of `height` rows of the past image, from samples whose rows have the gains `rows` by the new
-/// image alone; empty where nothing can be said.
-pub(super) fn past_rows(samples: &[Sample], rows: &[f32], height: usize) -> Vec<f32> {
+/// image alone; empty where nothing can be said. `noise` is the standard deviation of residuals.
+pub(super) fn past_rows(samples: &[Sample], rows: &[f32], height: usize, noise: f32) -> Vec<f32> {
     let mut found: Option<DVector<f64>> = None;
     for _ in 0..ROUNDS {
-        let explained = |sample: &Sample, places: &[(usize, f64); 4]| match &found {
+        let explained = |sample: &Sample, places: &[(usize, f64); 6]| match &found {
             Some(found) => places.iter().map(|(i, share)| found[*i] * share).sum(),
             None => f64::from(rows[(sample.row as usize).min(height - 1)].ln()),
         };
@@ -46,7 +48,7 @@ pub(super) fn past_rows(samples: &[Sample], rows: &[f32], height: usize) -> Vec<
                 normal.add(&places, ratio, f64::from(sample.past).powi(2));
             }
         }
-        found = normal.solve();
+        found = normal.solve(f64::from(noise).powi(2));
         if found.is_none() {
             return Vec::new();
         }
@@ -93,11 +95,19 @@ fn between(row: f32, height: usize) -> [(usize, f64); 2] {
     [(low, 1.0 - share), (low + 1, share)]
 }
 
-/// Those of the new image's row, and of the past image's.
-fn places(sample: &Sample, height: usize) -> [(usize, f64); 4] {
+/// Those of the new image's row, of the past image's, and of what ranges of the new image's row are off by.
+fn places(sample: &Sample, height: usize) -> [(usize, f64); 6] {
     let [a, b] = between(sample.row, height);
     let [c, d] = between(sample.past_row, height);
-    [a, b, (c.0 + KNOTS, c.1), (d.0 + KNOTS, d.1)]
+    let off = f64::from(sample.misplaced / sample.past);
+    [
+        a,
+        b,
+        (c.0 + KNOTS, c.1),
+        (d.0 + KNOTS, d.1),
+        (a.0 + 2 * KNOTS, a.1 * off),
+        (b.0 + 2 * KNOTS, b.1 * off),
+    ]
 }
 
 /// Normal equations.
@@ -109,12 +119,12 @@ struct Normal {
 impl Normal {
     fn new() -> Self {
         Self {
-            matrix: DMatrix::zeros(2 * KNOTS, 2 * KNOTS),
-            vector: DVector::zeros(2 * KNOTS),
+            matrix: DMatrix::zeros(3 * KNOTS, 3 * KNOTS),
+            vector: DVector::zeros(3 * KNOTS),
         }
     }
 
-    fn add(&mut self, places: &[(usize, f64); 4], value: f64, weight: f64) {
+    fn add(&mut self, places: &[(usize, f64); 6], value: f64, weight: f64) {
         for (i, own) in places {
             self.vector[*i] += weight * own * value;
             for (j, other) in places {
@@ -123,10 +133,12 @@ impl Normal {
         }
     }
 
-    fn solve(mut self) -> Option<DVector<f64>> {
-        let hold = HOLD * self.matrix.trace() / (2 * KNOTS) as f64;
-        for i in 0..2 * KNOTS {
-            self.matrix[(i, i)] += hold;
+    /// Ranges are off by about one of their deviations; `noise2` is a residual's variance.
+    fn solve(mut self, noise2: f64) -> Option<DVector<f64>> {
+        let light = (0..2 * KNOTS).map(|i| self.matrix[(i, i)]).sum::<f64>();
+        let hold = HOLD * light / (2 * KNOTS) as f64;
+        for i in 0..3 * KNOTS {
+            self.matrix[(i, i)] += if i < 2 * KNOTS { hold } else { noise2 };
         }
         Some(self.matrix.cholesky()?.solve(&self.vector))
     }
@@ -162,6 +174,7 @@ mod tests {
                     past: world * light(past_row, 0.6),
                     row,
                     past_row,
+                    misplaced: 0.0,
                 });
             }
         }
@@ -188,7 +201,7 @@ mod tests {
         for roll in [0.1_f32, -0.2, 0.3] {
             let samples = samples(roll);
             let alone = largest_error(&samples, &[1.0; HEIGHT]);
-            let past = past_rows(&samples, &[1.0; HEIGHT], HEIGHT);
+            let past = past_rows(&samples, &[1.0; HEIGHT], HEIGHT, 1.0);
             let both = largest_error(&samples, &past);
             assert!(alone > 3.0 * WITHIN, "{roll}: {alone}");
             assert!(both < WITHIN, "{roll}: {both}");
@@ -196,10 +209,24 @@ mod tests {
     }
 
     #[test]
+    fn past_rows_of_ranges_that_are_off_alike_have_no_gain() {
+        let mut samples = samples(0.2);
+        for sample in &mut samples {
+            // Paint that both rows could explain, were it not for its sign.
+            let paint = 8.0 * (0.05 * sample.past_row).sin() + 4.0;
+            (sample.past, sample.misplaced) = (sample.new - paint, paint);
+        }
+        let past = past_rows(&samples, &[1.0; HEIGHT], HEIGHT, 1.0);
+        let off = |s: &Sample| (past[s.past_row.round() as usize] - 1.0).abs();
+        let largest = samples.iter().map(off).fold(0.0, f32::max);
+        assert!(largest < WITHIN, "{largest}");
+    }
+
+    #[test]
     fn past_rows_in_constant_light_have_no_gain() {
         let mut samples = samples(0.2);
         samples.iter_mut().for_each(|s| s.past = s.new);
-        let past = past_rows(&samples, &[1.0; HEIGHT], HEIGHT);
+        let past = past_rows(&samples, &[1.0; HEIGHT], HEIGHT, 1.0);
         assert!(
             past.iter().all(|gain| (gain - 1.0).abs() < 1e-6),
             "{past:?}"

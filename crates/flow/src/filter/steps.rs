@@ -79,8 +79,18 @@ impl DepthFilter {
     fn memory(&self) -> f64 {
         /// Share early on, so that first mistakes are forgotten.
         const EARLY: f64 = 0.8;
-        let early = self.updates < self.config.start_frames;
-        if early { EARLY } else { self.config.memory }
+        /// Part of the start after which more and more is kept: by its end what is known is no mistake.
+        const UNSETTLED: f64 = 2.0 / 3.0;
+        let Self {
+            updates, config, ..
+        } = self;
+        if *updates >= config.start_frames {
+            return config.memory;
+        }
+        let done = *updates as f64 / config.start_frames as f64;
+        let way = ((done - UNSETTLED) / (1.0 - UNSETTLED)).max(0.0);
+        // What is lost falls by equal factors.
+        1.0 - (1.0 - EARLY).powf(1.0 - way) * (1.0 - config.memory).powf(way)
     }
 
     /// Information of a pair on the scale of all depths, 1 over relative variance; a lag's pairs share their
@@ -317,4 +327,40 @@ struct Comparison<'a> {
     gain: Vec<f32>,
     /// The past image in the new one's light, where that is another by rows.
     lit: Option<Prepared>,
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
+mod tests {
+    use super::*;
+    use crate::DepthFilterConfig;
+    use sphereflow_sphere::Camera;
+
+    #[test]
+    fn memory_is_short_at_the_start_and_grows_to_what_was_asked() {
+        let camera = Camera::pinhole(60.0, 60.0, 31.5, 23.5, 64, 48).unwrap();
+        let config = DepthFilterConfig {
+            start_frames: 30,
+            memory: 0.997,
+            ..DepthFilterConfig::default()
+        };
+        let mut filter = DepthFilter::new(&camera, config).unwrap();
+        let memory: Vec<f64> = (0..40)
+            .map(|updates| {
+                filter.updates = updates;
+                filter.memory()
+            })
+            .collect();
+        assert!(memory[..=20].iter().all(|kept| (kept - 0.8).abs() < 1e-12));
+        assert!(memory[30..].iter().all(|kept| *kept == 0.997));
+        // What is lost falls by one factor from image to image.
+        let factor = (0.003_f64 / 0.2).powf(0.1);
+        for pair in memory[20..=30].windows(2) {
+            let lost = (1.0 - pair[1]) / (1.0 - pair[0]);
+            assert!((lost - factor).abs() < 1e-9, "{lost}, {factor}");
+        }
+        filter.config.start_frames = 0;
+        filter.updates = 0;
+        assert_eq!(filter.memory(), 0.997);
+    }
 }
