@@ -114,13 +114,11 @@ pub fn cases() -> Fallible<Vec<Case>> {
         all.push(Case::new(&name, room(), Motion::hand_held(seed), 10.0)?);
     }
     for seed in 1..4 {
-        let (scene, motion) = (Scene::furnished_room(seed), Motion::hand_held(seed + 6));
-        all.push(Case::new(
-            &format!("furnished {seed}"),
-            scene,
-            motion,
-            10.0,
-        )?);
+        let scene = || Scene::furnished_room(seed);
+        let (name, moved) = (format!("furnished {seed}"), Motion::hand_held(seed + 6));
+        all.push(Case::new(&name, scene(), moved, 10.0)?);
+        let name = format!("furnished {seed} on the path of 4.1.1");
+        all.push(Case::new(&name, scene(), path(), 10.0)?);
     }
     for sigma in [0.0, 10.0] {
         let mut case = Case::new("box", room_with_box()?, path(), sigma)?;

@@ -141,8 +141,32 @@ impl Figures {
 | case | E(0.5 s) % | E(1 s) % | mean 2-4 s % | max 2-4 s % | pixel median % | error/std rms | median | mean of known to 5 % (share) | ms | asked mean, max % | holds |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
+    fn holds(&self, case: &Case) -> bool {
+        self.mean <= case.asked.0 && self.max <= case.asked.1
+    }
+
+    /// What several motions gave.
+    pub fn summary(all: &[Self], name: &str, case: &Case) -> String {
+        let list = |of: fn(&Self) -> f64| {
+            let mut list: Vec<f64> = all.iter().map(of).collect();
+            list.sort_by(f64::total_cmp);
+            let mean = list.iter().sum::<f64>() / list.len() as f64;
+            let (least, most) = (list[0], list[list.len() - 1]);
+            format!("{mean:.2} ({least:.2} to {most:.2})")
+        };
+        format!(
+            "{name}, {} motions: mean {} %, max {} %, E(0.5 s) {} %, error/std {}; {} within what is asked",
+            all.len(),
+            list(|of| of.mean),
+            list(|of| of.max),
+            list(|of| of.half),
+            list(|of| of.normalised),
+            all.iter().filter(|of| of.holds(case)).count(),
+        )
+    }
+
     pub fn row(&self, case: &Case) -> String {
-        let holds = self.mean <= case.asked.0 && self.max <= case.asked.1;
+        let holds = self.holds(case);
         let calibrated = (0.5..=2.0).contains(&self.normalised);
         let verdict = match (holds, calibrated) {
             (true, true) => "yes",

@@ -1,10 +1,11 @@
 //! What the depth filter is off by, everywhere it is asked: `cargo run --release -p sphereflow-benches
-//! --example depth_accuracy -- [part of a name]... [--binning N] [--lags N,N,...] [--seconds S]
-//! [--seed N] [--constant-light] [--sigma S] [--hand-held SEED] [--maps FOLDER]`.
+//! --example depth_accuracy -- [beginning of a name]... [--binning N] [--lags N,N,...] [--seconds S]
+//! [--seed N] [--constant-light] [--sigma S] [--hand-held SEEDS] [--maps FOLDER]`.
 //!
 //! Thesis: section 4.1.1. Every case at 640x480 (or 1024x512 for the whole sphere), 60 Hz, 4 s, the
-//! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread. `--hand-held` lets the
-//! camera move otherwise in every case; `--maps` draws where errors are,
+//! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread. `--hand-held` (a seed,
+//! or the first and last of some: `41-64`) lets the camera move otherwise in every case, with noise of the same seed unless
+//! one is given, and sums up what several motions gave; `--maps` draws where errors are,
 //! and tells what share of them lies how far from the scene's depth edges.
 
 mod cases;
@@ -32,8 +33,8 @@ type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
 fn main() -> Fallible<()> {
     let mut config = DepthFilterConfig::default();
     let mut seconds = 4.0;
-    let mut seed = 1;
-    let (mut folder, mut sigma, mut hand) = (None, None, None);
+    let (mut seed, mut folder, mut sigma) = (None, None, None);
+    let mut hands = Vec::new();
     let mut names = Vec::new();
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
@@ -43,9 +44,9 @@ fn main() -> Fallible<()> {
             "--lags" => config.lags = numbers(&value()?)?,
             "--seconds" => seconds = value()?.parse()?,
             "--constant-light" => config.brightness = Brightness::Constant,
-            "--seed" => seed = value()?.parse()?,
+            "--seed" => seed = Some(value()?.parse()?),
             "--sigma" => sigma = Some(value()?.parse()?),
-            "--hand-held" => hand = Some(value()?.parse()?),
+            "--hand-held" => hands = seeds(&value()?)?,
             "--maps" => folder = Some(std::path::PathBuf::from(value()?)),
             _ => names.push(argument),
         }
@@ -56,17 +57,41 @@ fn main() -> Fallible<()> {
             let [was, is] = [case.sigma, sigma].map(|sigma| format!("sigma {sigma}"));
             (case.name, case.sigma) = (case.name.replace(&was, &is), sigma);
         }
-        case.motion = hand.map_or(case.motion, Motion::hand_held);
-        if names.is_empty() || names.iter().any(|name| case.name.contains(name.as_str())) {
+        if !names.is_empty() && !names.iter().any(|name| case.name.starts_with(name.as_str())) {
+            continue;
+        }
+        let motions: Vec<Option<u64>> = match hands.is_empty() {
+            true => vec![None],
+            false => hands.iter().copied().map(Some).collect(),
+        };
+        let (name, mut all) = (case.name.clone(), Vec::new());
+        for motion in motions {
+            if let Some(motion) = motion {
+                (case.name, case.motion) = (
+                    format!("{name}, motion {motion}"),
+                    Motion::hand_held(motion),
+                );
+            }
             let mut maps = folder.as_ref().map(|_| Maps::new(&case.camera));
-            let figures = run(&case, &config, (seconds, seed), &mut maps)?;
+            let noise = seed.or(motion).unwrap_or(1);
+            let figures = run(&case, &config, (seconds, noise), &mut maps)?;
             println!("{}", figures.row(&case));
             if let (Some(maps), Some(folder)) = (maps, &folder) {
                 println!("{}", maps.write(folder, &case.name)?);
             }
+            all.push(figures);
+        }
+        if all.len() > 1 {
+            println!("{}", Figures::summary(&all, &name, &case));
         }
     }
     Ok(())
+}
+
+/// A seed, or all from one to another: `41-64`.
+fn seeds(list: &str) -> Fallible<Vec<u64>> {
+    let (first, last) = list.split_once('-').unwrap_or((list, list));
+    Ok((first.parse()?..=last.parse()?).collect())
 }
 
 /// Whole numbers with commas between them.
