@@ -57,7 +57,11 @@ fn main() -> Fallible<()> {
             let [was, is] = [case.sigma, sigma].map(|sigma| format!("sigma {sigma}"));
             (case.name, case.sigma) = (case.name.replace(&was, &is), sigma);
         }
-        if !names.is_empty() && !names.iter().any(|name| case.name.starts_with(name.as_str())) {
+        if !names.is_empty()
+            && !names
+                .iter()
+                .any(|name| case.name.starts_with(name.as_str()))
+        {
             continue;
         }
         let motions: Vec<Option<u64>> = match hands.is_empty() {

@@ -287,6 +287,7 @@ mod tests {
             past: &past,
             surface: &[],
             gain: vec![1.0; HEIGHT],
+            told: vec![1.0; HEIGHT],
             drift: Drift::default(),
             lag: 1,
             repeats: 1.0,

@@ -17,6 +17,8 @@ pub(super) struct Light {
     pub gain: Vec<f32>,
     /// Of each row of the past image, besides; empty where light does not run over the rows.
     pub past: Vec<f32>,
+    /// Share of what each row of the new image says of its ranges that light could not explain as well.
+    pub told: Vec<f32>,
 }
 
 /// Measures the gain of each row of both images.
@@ -66,13 +68,14 @@ impl LensCall<Light> for MeasureGain<'_, '_> {
                 })
             })
             .collect();
-        let (gain, clear) = self.gains(&samples);
-        if !clear {
+        let (gain, told) = self.gains(&samples);
+        let Some(told) = told else {
             return Light {
                 gain,
                 past: Vec::new(),
+                told: vec![1.0; lattice.height],
             };
-        }
+        };
         let noise = pair.new.sigma.hypot(pair.past.sigma);
         let past = past_rows(&samples.concat(), &gain, lattice.height, noise);
         for sample in samples.iter_mut().flatten() {
@@ -83,13 +86,14 @@ impl LensCall<Light> for MeasureGain<'_, '_> {
         Light {
             gain: self.gains(&samples).0,
             past,
+            told,
         }
     }
 }
 
 impl MeasureGain<'_, '_> {
-    /// The gain of each row of the new image, and whether rows differ clearly.
-    fn gains(&self, samples: &[Vec<Sample>]) -> (Vec<f32>, bool) {
+    /// The gain of each row of the new image, and, where rows differ clearly, what each tells of its ranges besides.
+    fn gains(&self, samples: &[Vec<Sample>]) -> (Vec<f32>, Option<Vec<f32>>) {
         let (pair, height) = (self.pair, self.pair.lattice.height);
         // The median does not mind the pixels that were hidden in the past.
         let mut ratios: Vec<f32> = samples
@@ -99,7 +103,7 @@ impl MeasureGain<'_, '_> {
             .map(|sample| sample.new / sample.past)
             .collect();
         if ratios.len() < LEAST_SAMPLES {
-            return (vec![1.0; height], false);
+            return (vec![1.0; height], None);
         }
         let middle = ratios.len() / 2;
         let (_, median, _) = ratios.select_nth_unstable_by(middle, f32::total_cmp);
@@ -113,7 +117,7 @@ impl MeasureGain<'_, '_> {
         let fitting = samples.iter().flatten().filter(fits);
         fitting.for_each(|sample| total.add(sample));
         if total.count < LEAST_SAMPLES as f64 {
-            return (vec![1.0; height], false);
+            return (vec![1.0; height], None);
         }
         let overall = total.gain() as f32;
         let row = |row: &Vec<Sample>| {
@@ -232,6 +236,17 @@ impl RowSums {
         self.misplaced_left += other.misplaced_left;
     }
 
+    /// Share of what the band says of its ranges that light could not explain as well.
+    fn told(&self) -> f64 {
+        let alike = self.product * self.product;
+        let both = self.past2 * self.misplaced2;
+        if alike < both {
+            1.0 - alike / both
+        } else {
+            0.0
+        }
+    }
+
     /// Share by which the band is brighter than the image, and its variance, for residuals' noise of standard
     /// deviation `sigma`.
     fn deviation(&self, sigma: f64) -> (f64, f64) {
@@ -247,13 +262,14 @@ impl RowSums {
 }
 
 /// The new image's gain in each of `height` rows: one for all, and the smoothed deviations of the rows where
-/// they are more than noise (of standard deviation `sigma`). The rows are every so many.
+/// they are more than noise (of standard deviation `sigma`); then also what is told of ranges besides. The rows are every so
+/// many.
 fn gains(
     (total, rows): (&Sums, &[RowSums]),
     median: f64,
     sigma: f64,
     height: usize,
-) -> (Vec<f32>, bool) {
+) -> (Vec<f32>, Option<Vec<f32>>) {
     let (overall, level) = (total.gain(), total.past / total.count);
     let reach = (height / 40 / STEP).max(1);
     let band = |y: usize| {
@@ -262,9 +278,11 @@ fn gains(
         let reach = reach.min(y).min(rows.len() - 1 - y);
         let around = &rows[y - reach..=y + reach];
         around.iter().for_each(|row| band.join(row));
-        band.deviation(sigma)
+        band
     };
-    let bands: Vec<(f64, f64)> = (0..rows.len()).map(band).collect();
+    let bands: Vec<RowSums> = (0..rows.len()).map(band).collect();
+    let told: Vec<f64> = bands.iter().map(RowSums::told).collect();
+    let bands: Vec<(f64, f64)> = bands.iter().map(|band| band.deviation(sigma)).collect();
     let least2 = LEAST_DEVIATION * LEAST_DEVIATION;
     let clarity = |(deviation, variance): &(f64, f64)| {
         let noise2 = CLEAR * CLEAR * variance;
@@ -280,7 +298,12 @@ fn gains(
     let keep = if clear { 1.0 } else { 0.0 };
     let deviations: Vec<f64> = bands.iter().map(|(deviation, _)| *deviation).collect();
     let gain = |y| (overall * (1.0 + keep * between(&deviations, y))) as f32;
-    ((0..height).map(gain).collect(), clear)
+    let told = || {
+        (0..height)
+            .map(|y| (between(&told, y) as f32).clamp(0.0, 1.0))
+            .collect()
+    };
+    ((0..height).map(gain).collect(), clear.then(told))
 }
 
 /// Rows differ clearly by so many standard deviations.
@@ -355,6 +378,7 @@ mod tests {
             past: &past,
             surface: &[],
             gain: Vec::new(),
+            told: Vec::new(),
             drift: Drift::default(),
             lag: 1,
             repeats: 1.0,
@@ -422,12 +446,14 @@ mod tests {
                 };
                 sums.add(&sample, 1.0, 0.0);
             }
-            sums.deviation(2.0)
+            (sums.deviation(2.0), sums.told())
         };
-        // Paint of both signs: light it is. Of one: 6 % may be either.
-        let (deviation, variance) = band(|x| if x % 2 == 0 { 6.0 } else { -6.0 });
+        // Paint of both signs: light it is, and of ranges all is told. Of one: 6 % may be either.
+        let ((deviation, variance), told) = band(|x| if x % 2 == 0 { 6.0 } else { -6.0 });
         assert!((deviation - 0.06).abs() < 1e-6 && variance.sqrt() < 0.002);
-        let (_, variance) = band(|_| 6.0);
+        assert!((told - 1.0).abs() < 1e-9, "{told}");
+        let ((_, variance), told) = band(|_| 6.0);
         assert!((variance.sqrt() - 0.06).abs() < 0.002, "{variance}");
+        assert!(told < 1e-9, "{told}");
     }
 }

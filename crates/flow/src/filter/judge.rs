@@ -63,6 +63,7 @@ pub(super) fn asked(new: &[[f32; 4]], nodes: &[Node]) -> f32 {
 /// What a row's residuals are judged by.
 pub(super) struct Judge {
     gain: f32,
+    told: f32,
     raw: f32,
     noise: f32,
     /// Variance of the place in the past image by the pose's error: constant, and for 1/Z squared.
@@ -81,6 +82,7 @@ impl Judge {
         let along2 = WIDE_ANGLE * focal2 * pair.step.translation.norm_squared();
         Self {
             gain,
+            told: pair.told[y],
             raw,
             noise: pair.new.sigma.powi(2) + (gain * pair.past.sigma).powi(2),
             shift: [
@@ -116,7 +118,7 @@ impl Judge {
             let along = [seen.along[0][i], seen.along[1][i]];
             let reading = self.gain * self.gain * seen.past[i][3];
             let [value, gx, gy, _] = seen.past[i].map(|value| self.gain * value);
-            let precision = 1.0 / (self.raw + reading);
+            let precision = self.told / (self.raw + reading);
             let (residual, slope) = (value - new[0], gx * along[0] + gy * along[1]);
             let known = residual.is_finite() && slope.is_finite();
             // A pose in error shifts the past image: that part of the residual is not noise.
@@ -186,6 +188,7 @@ mod tests {
     fn judge() -> Judge {
         Judge {
             gain: 1.0,
+            told: 1.0,
             raw: 4.0,
             noise: 4.0,
             shift: [0.0; 2],

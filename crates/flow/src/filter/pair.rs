@@ -16,6 +16,8 @@ pub(super) struct Pair<'a> {
     pub surface: &'a [f32],
     /// New brightness over past brightness, per row of the new image.
     pub gain: Vec<f32>,
+    /// Share of what each row says of its ranges that the gain could not explain as well.
+    pub told: Vec<f32>,
     /// Uncertainty of the step.
     pub drift: Drift,
     /// Frames to the past image.

@@ -161,6 +161,7 @@ impl DepthFilter {
                 &[]
             },
             gain: Vec::new(),
+            told: Vec::new(),
             drift: drift.plus(&self.motion.noise).plus(&past.noise),
             lag,
             repeats: self.repeats(lag),
@@ -206,6 +207,7 @@ impl DepthFilter {
             Brightness::Constant => Light {
                 gain: vec![1.0; self.lattice.height],
                 past: Vec::new(),
+                told: vec![1.0; self.lattice.height],
             },
             Brightness::Measured => self.lattice.lens.with(MeasureGain {
                 pair: &self.pair(prepared, past),
@@ -234,6 +236,7 @@ impl DepthFilter {
                     distance_m,
                     lit: rolls.then(|| past.image.lit(&light.past, width)),
                     gain: light.gain,
+                    told: light.told,
                 }
             })
         };
@@ -253,6 +256,7 @@ impl DepthFilter {
             let mut pair = self.pair(prepared, (of.lag, of.past));
             pair.past = of.lit.as_ref().unwrap_or(pair.past);
             pair.gain.clone_from(&of.gain);
+            pair.told.clone_from(&of.told);
             let in_turn = index == self.updates % comparisons.len();
             turns += self.mend(&mut pair, &nodes, depth_m, in_turn);
             longest_m = longest_m.max(of.distance_m);
@@ -325,6 +329,7 @@ struct Comparison<'a> {
     past: &'a Past,
     distance_m: f64,
     gain: Vec<f32>,
+    told: Vec<f32>,
     /// The past image in the new one's light, where that is another by rows.
     lit: Option<Prepared>,
 }

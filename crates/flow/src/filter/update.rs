@@ -158,6 +158,11 @@ mod tests {
 
     /// Information that pairs give in all, one for each of the past images, which are brighter by so much.
     fn information(brighter: &[f32], drift: Drift, repeats: f32) -> f32 {
+        information_told(brighter, drift, repeats, 1.0)
+    }
+
+    /// The same where rows tell this share of their ranges.
+    fn information_told(brighter: &[f32], drift: Drift, repeats: f32, told: f32) -> f32 {
         let camera = Camera::pinhole(FOCAL_PX, FOCAL_PX, 39.5, 29.5, WIDTH, HEIGHT).unwrap();
         let lattice = Lattice::new(&camera).unwrap();
         let new = view(&lattice, STEP_M, 0.0);
@@ -175,6 +180,7 @@ mod tests {
             past,
             surface: &[],
             gain: vec![1.0; HEIGHT],
+            told: vec![told; HEIGHT],
             drift,
             lag: index + 1,
             repeats,
@@ -214,6 +220,14 @@ mod tests {
         let least = (1.0 + 1.0) / (1.0 + 5.0);
         let share = often / once;
         assert!(share > least && share < 1.5 * least, "{once}, {often}");
+    }
+
+    #[test]
+    fn a_pair_counts_for_as_much_as_its_rows_tell_of_their_ranges() {
+        let told = |told: f32| information_told(&[0.0], Drift::default(), 1.0, told);
+        let share = told(0.3) / told(1.0);
+        assert!((share - 0.3).abs() < 1e-3, "{share}");
+        assert_eq!(told(0.0), 0.0);
     }
 
     #[test]

@@ -82,6 +82,7 @@ fn measure(turned: &Rotation3<f64>, moved: &Vector3<f64>, factor: f32, told: Dri
         past: &past,
         surface: &[],
         gain: vec![1.0; HEIGHT],
+        told: vec![1.0; HEIGHT],
         drift: told,
         lag: 1,
         repeats: 1.0,
