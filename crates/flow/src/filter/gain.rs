@@ -1,13 +1,14 @@
 //! How much brighter the new image is than a past one, measured between warped images.
 //!
-//! Where ranges are off, rows look brighter or darker as well: what a common error of the ranges of a row's pixels
-//! explains, within their deviation, is not taken for light.
+//! Where ranges or poses are off, rows look brighter or darker as well: what an error explains that the ranges of a
+//! row's pixels have in common, or their places, within their deviation, is not taken for light.
 
 use super::lattice::{Around, LensCall, read};
 use super::lens::Lens;
 use super::pair::Pair;
 use super::rolling::{Sample, past_rows};
 use super::state::Node;
+use nalgebra::{Matrix4, Vector4};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -82,6 +83,7 @@ impl LensCall<Light> for MeasureGain<'_, '_> {
             let gain = past.get(sample.past_row.round() as usize);
             let gain = gain.copied().unwrap_or(1.0);
             (sample.past, sample.misplaced) = (gain * sample.past, gain * sample.misplaced);
+            sample.shifted = sample.shifted.map(|shifted| gain * shifted);
         }
         Light {
             gain: self.gains(&samples).0,
@@ -170,6 +172,8 @@ impl<L: Lens> RowSamples<'_, '_, L> {
         let (pair, lattice) = (self.pair, self.pair.lattice);
         let mut places = [[f32::NAN; TOGETHER]; 2];
         let mut off = [[f32::NAN; TOGETHER]; 2];
+        let mut shift = [0.0; TOGETHER];
+        let focal2 = lattice.focal_px * lattice.focal_px;
         let step = &pair.step.translation;
         let rays = lattice.ray[pixels.clone()].chunks(COLUMNS);
         let nodes = self.nodes[pixels.clone()].chunks(COLUMNS);
@@ -180,6 +184,8 @@ impl<L: Lens> RowSamples<'_, '_, L> {
             [places[0][i], places[1][i]] = place;
             let deviation = node[3].sqrt();
             [off[0][i], off[1][i]] = along.map(|along| along * deviation);
+            let drift = pair.drift.rotation + pair.drift.translation * node[0] * node[0];
+            shift[i] = (focal2 * drift).sqrt();
         }
         let mut around = Around::new();
         lattice.around_each(&places, &mut around);
@@ -195,6 +201,7 @@ impl<L: Lens> RowSamples<'_, '_, L> {
                     row: self.y as f32,
                     past_row: places[1][i],
                     misplaced: gx * off[0][i] + gy * off[1][i],
+                    shifted: [gx * shift[i], gy * shift[i]],
                 });
             }
         }
@@ -202,44 +209,36 @@ impl<L: Lens> RowSamples<'_, '_, L> {
 }
 
 /// The least squares of a band of rows: what it is brighter by than the image, and by how many of their deviations
-/// all of its ranges are off, which is known to be about one.
+/// its ranges are off in common, and its places by column and row. The last three are known to be about one.
 #[derive(Clone, Copy, Debug, Default)]
 struct RowSums {
-    /// Squares and products of the past brightness and of what it is misplaced by.
-    past2: f64,
-    product: f64,
-    misplaced2: f64,
-    /// What is left of the new brightness, times both.
-    past_left: f64,
-    misplaced_left: f64,
+    matrix: Matrix4<f64>,
+    vector: Vector4<f64>,
 }
 
 impl RowSums {
     /// `sigma` of the past brightness, whose noise is in its square.
     fn add(&mut self, sample: &Sample, overall: f32, sigma: f32) {
-        let (past, misplaced) = (overall * sample.past, overall * sample.misplaced);
-        let left = f64::from(sample.new - past);
+        let [right, below] = sample.shifted;
+        let by = Vector4::new(sample.past, sample.misplaced, right, below);
+        let by = (by * overall).cast::<f64>();
+        let left = f64::from(sample.new) - by[0];
         let noise2 = f64::from(overall * sigma).powi(2);
-        let (past, misplaced) = (f64::from(past), f64::from(misplaced));
-        self.past2 += past * past - noise2;
-        self.product += past * misplaced;
-        self.misplaced2 += misplaced * misplaced;
-        self.past_left += past * left + noise2;
-        self.misplaced_left += misplaced * left;
+        self.matrix += by * by.transpose();
+        self.vector += by * left;
+        self.matrix[(0, 0)] -= noise2;
+        self.vector[0] += noise2;
     }
 
     fn join(&mut self, other: &Self) {
-        self.past2 += other.past2;
-        self.product += other.product;
-        self.misplaced2 += other.misplaced2;
-        self.past_left += other.past_left;
-        self.misplaced_left += other.misplaced_left;
+        self.matrix += other.matrix;
+        self.vector += other.vector;
     }
 
     /// Share of what the band says of its ranges that light could not explain as well.
     fn told(&self) -> f64 {
-        let alike = self.product * self.product;
-        let both = self.past2 * self.misplaced2;
+        let alike = self.matrix[(0, 1)].powi(2);
+        let both = self.matrix[(0, 0)] * self.matrix[(1, 1)];
         if alike < both {
             1.0 - alike / both
         } else {
@@ -251,15 +250,20 @@ impl RowSums {
     /// deviation `sigma`.
     fn deviation(&self, sigma: f64) -> (f64, f64) {
         let noise2 = sigma * sigma;
-        let by_range = self.product / (self.misplaced2 + noise2);
-        let by_light = self.past2 - by_range * self.product;
-        if by_light <= noise2 {
-            return (0.0, 1.0);
+        let known = Vector4::new(LIKELY.powi(-2), 1.0, 1.0, 1.0);
+        let matrix = self.matrix + Matrix4::from_diagonal(&(noise2 * known));
+        match matrix.cholesky() {
+            Some(factor) => {
+                let variance = noise2 * factor.inverse()[(0, 0)];
+                (factor.solve(&self.vector)[0], variance)
+            }
+            None => (0.0, LIKELY * LIKELY),
         }
-        let deviation = (self.past_left - by_range * self.misplaced_left) / by_light;
-        (deviation, noise2 / by_light)
     }
 }
+
+/// Share by which a row may well be brighter than the image.
+const LIKELY: f64 = 0.1;
 
 /// The new image's gain in each of `height` rows: one for all, and the smoothed deviations of the rows where
 /// they are more than noise (of standard deviation `sigma`); then also what is told of ranges besides. The rows are every so
@@ -330,7 +334,7 @@ mod tests {
     use crate::filter::predict::Step;
     use crate::filter::prepare::{Preparation, Prepared};
     use crate::filter::state::Drift;
-    use nalgebra::{Matrix3, Vector3};
+    use nalgebra::{Rotation3, Vector3};
     use sphereflow_core::Plane;
     use sphereflow_sphere::Camera;
 
@@ -364,6 +368,16 @@ mod tests {
 
     /// The gains of the new image's rows over those of a past one that was lit evenly.
     fn measured(stripes: [f64; 2], lit: bool, off: f32) -> Light {
+        measured_turned(stripes, lit, off, (0.0, Drift::default()))
+    }
+
+    /// The same where the new camera is told to look higher than it does, by pixels, and how well that is known.
+    fn measured_turned(
+        stripes: [f64; 2],
+        lit: bool,
+        off: f32,
+        (turned_px, drift): (f32, Drift),
+    ) -> Light {
         let camera = Camera::pinhole(150.0, 150.0, 79.5, 59.5, WIDTH, HEIGHT).unwrap();
         let lattice = Lattice::new(&camera).unwrap();
         let new = view(&lattice, STEP_M, stripes, lit);
@@ -371,7 +385,7 @@ mod tests {
         let pair = Pair {
             lattice: &lattice,
             step: Step {
-                rotation: Matrix3::identity(),
+                rotation: *Rotation3::new(Vector3::x() * (turned_px / 150.0)).matrix(),
                 translation: Vector3::new(0.0, STEP_M as f32, 0.0),
             },
             new: &new,
@@ -379,7 +393,7 @@ mod tests {
             surface: &[],
             gain: Vec::new(),
             told: Vec::new(),
-            drift: Drift::default(),
+            drift,
             lag: 1,
             repeats: 1.0,
         };
@@ -413,6 +427,21 @@ mod tests {
     }
 
     #[test]
+    fn rows_of_stripes_that_wrong_poses_shift_are_not_taken_for_light() {
+        let told = Drift {
+            rotation: (1.0_f32 / 150.0).powi(2),
+            translation: 0.0,
+        };
+        let error = |drift: Drift| {
+            let found = measured_turned([40.0, 0.0], false, 0.0, (1.0, drift));
+            largest_error(&found, false)
+        };
+        assert!(error(told) < WITHIN, "{}", error(told));
+        // A pose that is told to be exact leaves nothing but light.
+        assert!(error(Drift::default()) > WITHIN);
+    }
+
+    #[test]
     fn light_over_the_rows_is_found_where_ranges_are_known() {
         for stripes in [[40.0, 0.0], [0.0, 40.0], [30.0, 30.0]] {
             let off = largest_error(&measured(stripes, true, 0.0), true);
@@ -443,17 +472,20 @@ mod tests {
                     row: 0.0,
                     past_row: 0.0,
                     misplaced: misplaced(x),
+                    shifted: [0.0; 2],
                 };
                 sums.add(&sample, 1.0, 0.0);
             }
             (sums.deviation(2.0), sums.told())
         };
-        // Paint of both signs: light it is, and of ranges all is told. Of one: 6 % may be either.
+        // Paint of both signs: light it is, and of ranges all is told. Of one: 6 % may be either, by what both are
+        // expected to be.
         let ((deviation, variance), told) = band(|x| if x % 2 == 0 { 6.0 } else { -6.0 });
-        assert!((deviation - 0.06).abs() < 1e-6 && variance.sqrt() < 0.002);
+        assert!((deviation - 0.06).abs() < 1e-5 && variance.sqrt() < 0.002);
         assert!((told - 1.0).abs() < 1e-9, "{told}");
         let ((_, variance), told) = band(|_| 6.0);
-        assert!((variance.sqrt() - 0.06).abs() < 0.002, "{variance}");
+        let expected = 0.06 * LIKELY / LIKELY.hypot(0.06);
+        assert!((variance.sqrt() - expected).abs() < 1e-3, "{variance}");
         assert!(told < 1e-9, "{told}");
     }
 }

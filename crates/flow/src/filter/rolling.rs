@@ -16,6 +16,8 @@ pub(super) struct Sample {
     pub past_row: f32,
     /// What the past brightness would change by if 1/Z were larger by its deviation.
     pub misplaced: f32,
+    /// What it would change by if the place were farther right, and lower, by the pose's deviation.
+    pub shifted: [f32; 2],
 }
 
 /// Both images' logarithms of light are lines between this many rows and one.
@@ -175,6 +177,7 @@ mod tests {
                     row,
                     past_row,
                     misplaced: 0.0,
+                    shifted: [0.0; 2],
                 });
             }
         }
