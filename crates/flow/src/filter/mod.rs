@@ -25,6 +25,7 @@ mod planes;
 mod predict;
 mod prepare;
 mod rolling;
+mod row_light;
 mod seen;
 mod slip;
 mod state;
