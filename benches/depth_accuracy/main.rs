@@ -95,7 +95,14 @@ fn main() -> Fallible<()> {
 /// A seed, or all from one to another: `41-64`.
 fn seeds(list: &str) -> Fallible<Vec<u64>> {
     let (first, last) = list.split_once('-').unwrap_or((list, list));
-    Ok((first.parse()?..=last.parse()?).collect())
+    let seeds: Vec<u64> = (first.parse()?..=last.parse()?).collect();
+    if seeds.is_empty() {
+        return Err(format!(
+            "--hand-held: expected the first and last of some seeds, found {list}"
+        )
+        .into());
+    }
+    Ok(seeds)
 }
 
 /// Whole numbers with commas between them.
