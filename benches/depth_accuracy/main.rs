@@ -1,12 +1,12 @@
 //! What the depth filter is off by, everywhere it is asked: `cargo run --release -p sphereflow-benches
 //! --example depth_accuracy -- [beginning of a name]... [--binning N] [--lags N,N,...] [--seconds S]
-//! [--seed N] [--constant-light] [--sigma S] [--hand-held SEEDS] [--maps FOLDER]`.
+//! [--seed N] [--constant-light] [--sigma S] [--hand-held SEEDS] [--maps FOLDER] [--maps-from S]`.
 //!
 //! Thesis: section 4.1.1. Every case at 640x480 (or 1024x512 for the whole sphere), 60 Hz, 4 s, the
 //! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread. `--hand-held` (a seed,
 //! or the first and last of some: `41-64`) lets the camera move otherwise in every case, with noise of the same seed unless
 //! one is given, and sums up what several motions gave; `--maps` draws where errors are,
-//! and tells what share of them lies how far from the scene's depth edges.
+//! and tells what share of them lies how far from the scene's depth edges, from 2 s on or from where `--maps-from` says.
 
 mod cases;
 mod figures;
@@ -33,6 +33,7 @@ type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
 fn main() -> Fallible<()> {
     let mut config = DepthFilterConfig::default();
     let mut seconds = 4.0;
+    let mut maps_from_s = 2.0;
     let (mut seed, mut folder, mut sigma) = (None, None, None);
     let mut hands = Vec::new();
     let mut names = Vec::new();
@@ -47,6 +48,7 @@ fn main() -> Fallible<()> {
             "--seed" => seed = Some(value()?.parse()?),
             "--sigma" => sigma = Some(value()?.parse()?),
             "--hand-held" => hands = seeds(&value()?)?,
+            "--maps-from" => maps_from_s = value()?.parse()?,
             "--maps" => folder = Some(std::path::PathBuf::from(value()?)),
             _ => names.push(argument),
         }
@@ -76,7 +78,9 @@ fn main() -> Fallible<()> {
                     Motion::hand_held(motion),
                 );
             }
-            let mut maps = folder.as_ref().map(|_| Maps::new(&case.camera));
+            let mut maps = folder
+                .as_ref()
+                .map(|_| Maps::new(&case.camera, maps_from_s));
             let noise = seed.or(motion).unwrap_or(1);
             let figures = run(&case, &config, (seconds, noise), &mut maps)?;
             println!("{}", figures.row(&case));

@@ -16,11 +16,13 @@ const REACHES: [usize; 6] = [1, 2, 4, 8, 16, 32];
 /// The error that is white in the pictures.
 const WHITE: f32 = 0.2;
 
-/// Times of the pictures, seconds.
-const MOMENTS: [f64; 4] = [2.0, 2.5, 3.0, 3.5];
+/// Pictures at most, and the seconds between two.
+const PICTURES: usize = 4;
+const APART_S: f64 = 0.5;
 
-/// Errors from two seconds on, by place.
+/// Errors from some time on, by place.
 pub struct Maps {
+    from_s: f64,
     width: usize,
     height: usize,
     frames: f64,
@@ -30,8 +32,9 @@ pub struct Maps {
 }
 
 impl Maps {
-    pub fn new(camera: &Camera) -> Self {
+    pub fn new(camera: &Camera, from_s: f64) -> Self {
         Self {
+            from_s,
             width: camera.width(),
             height: camera.height(),
             frames: 0.0,
@@ -49,7 +52,7 @@ impl Maps {
         range: &Plane<f32>,
         std: &Plane<f32>,
     ) -> Fallible<()> {
-        if t_s < 2.0 {
+        if t_s < self.from_s - 1e-6 {
             return Ok(());
         }
         self.frames += 1.0;
@@ -69,8 +72,8 @@ impl Maps {
                 }
             }
         }
-        let next = MOMENTS.get(self.pictures.len());
-        if next.is_some_and(|next| t_s >= next - 1e-6) {
+        let next_s = self.from_s + self.pictures.len() as f64 * APART_S;
+        if self.pictures.len() < PICTURES && t_s >= next_s - 1e-6 {
             self.pictures
                 .push((t_s, self.picture(image, truth, range, std)));
         }

@@ -3,6 +3,7 @@
 use super::ONE_SURFACE;
 use super::fit::Fit;
 use super::moments::{Face, Moments};
+use super::rivals::{Prior, best};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -15,6 +16,8 @@ pub(super) struct Surface {
     cell: usize,
     /// The surface of the coarser level that it is part of.
     parent: usize,
+    /// What is expected of its plane.
+    prior: Prior,
 }
 
 /// All cells of a size.
@@ -31,6 +34,9 @@ pub(super) struct Level {
 /// Variance of the coarsest planes before anything is seen, 1/m^2.
 const WIDE: f64 = 1.0;
 
+/// Cells of a level that a plane may go on by.
+const SWEEPS: usize = 4;
+
 impl Surface {
     fn new(cell: usize, moments: Moments) -> Self {
         Self {
@@ -38,7 +44,20 @@ impl Surface {
             fit: Fit::UNKNOWN,
             cell,
             parent: 0,
+            prior: Prior::UNKNOWN,
         }
+    }
+
+    /// Fits the plane to the moments and what is expected.
+    fn refit(&mut self, prior: Prior, noise: f64) {
+        self.prior = prior;
+        let Prior { plane, spread } = prior.doubted(&self.moments);
+        let unknown = Fit {
+            plane,
+            misfit: spread,
+            variance: spread,
+        };
+        self.fit = Fit::new(&self.moments, &plane, spread, noise).unwrap_or(unknown);
     }
 }
 
@@ -134,24 +153,67 @@ impl Level {
         let width = self.width;
         self.surfaces.par_chunks_mut(width).for_each(|surfaces| {
             for surface in surfaces {
-                let (prior, misfit) = match coarse {
-                    Some(coarse) => coarse.read(surface, width, wraps),
+                let (plane, misfit) = match coarse {
+                    Some(coarse) => coarse.read(surface, width, wraps, rough),
                     None => (surface.fit.plane, WIDE),
                 };
                 let spread = misfit + rough;
-                let unknown = Fit {
-                    plane: prior,
-                    misfit: spread,
-                    variance: spread,
-                };
-                surface.fit = Fit::new(&surface.moments, &prior, spread, noise).unwrap_or(unknown);
+                surface.refit(Prior { plane, spread }, noise);
             }
         });
     }
 
+    /// Lets planes go on from cell to cell, where the pixels there are explained better by them.
+    pub fn propagate(&mut self, wraps: bool, rough: f64, noise: f64) {
+        for _ in 0..SWEEPS {
+            let better: Vec<(usize, Prior)> = self
+                .surfaces
+                .par_iter()
+                .enumerate()
+                .filter_map(|(i, surface)| {
+                    let beside = self.beside(surface.cell, wraps);
+                    let rivals = beside.map(|fit| Prior::of(fit, rough));
+                    let prior = best(surface.prior, rivals, |prior| prior, &surface.moments);
+                    (prior.plane != surface.prior.plane).then_some((i, prior))
+                })
+                .collect();
+            if better.is_empty() {
+                return;
+            }
+            for (i, prior) in better {
+                self.surfaces[i].refit(prior, noise);
+            }
+        }
+    }
+
+    /// The planes of all surfaces in a cell.
+    fn fits(&self, cell: usize) -> impl Iterator<Item = &Fit> {
+        let second = Some(self.second[cell]).filter(|second| *second > 0);
+        let both = std::iter::once(cell).chain(second);
+        both.map(|surface| &self.surfaces[surface].fit)
+    }
+
+    /// The planes of all surfaces in the four cells beside one.
+    fn beside(&self, cell: usize, wraps: bool) -> impl Iterator<Item = &Fit> {
+        let (x, y) = (cell % self.width, cell / self.width);
+        let (width, height) = (self.width, self.height);
+        let left = (x > 0 || wraps).then(|| y * width + (x + width - 1) % width);
+        let right = (x + 1 < width || wraps).then(|| y * width + (x + 1) % width);
+        let above = (y > 0).then(|| cell - width);
+        let below = (y + 1 < height).then(|| cell + width);
+        let cells = [left, right, above, below].into_iter().flatten();
+        cells.flat_map(|cell| self.fits(cell))
+    }
+
     /// Plane and misfit between the middles of the four cells around a finer cell's middle, of the surface that it
     /// is part of.
-    fn read(&self, finer: &Surface, finer_width: usize, wraps: bool) -> (Vector3<f64>, f64) {
+    fn read(
+        &self,
+        finer: &Surface,
+        finer_width: usize,
+        wraps: bool,
+        rough: f64,
+    ) -> (Vector3<f64>, f64) {
         let near = |i: usize, size: usize, wraps: bool| {
             let own = (i / 2).min(size - 1);
             let other = match (i % 2, wraps) {
@@ -164,11 +226,15 @@ impl Level {
         };
         let (x, y) = (finer.cell % finer_width, finer.cell / finer_width);
         let ((x0, x1), (y0, y1)) = (near(x, self.width, wraps), near(y, self.height, false));
+        let around = [(x1, y0, 0.1875), (x0, y1, 0.1875), (x1, y1, 0.0625)];
+        let around = around.map(|(column, row, share)| (row * self.width + column, share));
         let known = finer.moments.pixels > 0.0;
         let own = match known {
             true => &self.surfaces[finer.parent].fit,
             false => &self.surfaces[y0 * self.width + x0].fit,
         };
+        let rivals = around.iter().flat_map(|(cell, _)| self.fits(*cell));
+        let own = best(own, rivals, |fit| Prior::of(fit, rough), &finer.moments);
         let (mut plane, mut misfit, mut total) = (own.plane * 0.5625, own.misfit * 0.5625, 0.5625);
         let ray = if known {
             finer.moments.ray()
@@ -177,8 +243,7 @@ impl Level {
         };
         let here = own.plane.dot(&ray);
         let gap = |fit: &Fit| (fit.plane.dot(&ray) - here).abs();
-        for (column, row, share) in [(x1, y0, 0.1875), (x0, y1, 0.1875), (x1, y1, 0.0625)] {
-            let cell = row * self.width + column;
+        for (cell, share) in around {
             let mut fit = &self.surfaces[cell].fit;
             if self.second[cell] > 0 {
                 let second = &self.surfaces[self.second[cell]].fit;

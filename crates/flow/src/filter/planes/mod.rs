@@ -9,6 +9,7 @@ mod apply;
 mod fit;
 mod level;
 mod moments;
+mod rivals;
 
 use crate::filter::lattice::Lattice;
 use crate::filter::state::Node;
@@ -23,6 +24,9 @@ pub(super) const CELL: usize = 4;
 
 /// Levels of cells, each twice as large.
 const LEVELS: usize = 5;
+
+/// The finest level on which planes go from cell to cell; finer cells see too few pixels to choose by.
+const PROPAGATED: usize = 2;
 
 /// What planes of a level differ by from those of the coarser one, over the roughness of their own cells: between that
 /// of a cell (1) and that of one twice as large.
@@ -93,6 +97,9 @@ impl Planes {
             let size = (CELL << level) as f64;
             let rough = (COARSER * self.roughness * size).powi(2);
             fine[level].fit(coarse.first(), self.wraps, rough, pixel_noise);
+            if level >= PROPAGATED {
+                fine[level].propagate(self.wraps, rough, pixel_noise);
+            }
         }
         Apply {
             lattice,
@@ -132,6 +139,9 @@ impl Planes {
 #[allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
 mod tests {
     use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
     use sphereflow_sphere::Camera;
 
     const WIDTH: usize = 96;
@@ -191,5 +201,71 @@ mod tests {
         state[lost] = [0.2, 0.0, 1e-3, 1.0];
         Planes::new(&lattice, ROUGHNESS, 20.0).smooth(&lattice, &mut state, NOISE);
         assert!((state[lost][0] - wall(41, 30)).abs() < STAYS);
+    }
+
+    /// A wall up to column 72 that is known to a thousandth, and another beyond, turned towards the camera, of which a
+    /// pixel's measurements say little, `beyond` of the row in deviations: the state has it as the first one's
+    /// continuation. Returns nodes and true zeta.
+    fn corner(rng: &mut ChaCha8Rng, beyond: impl Fn(usize) -> f32) -> (Vec<Node>, Vec<f32>) {
+        let mut truth = Vec::new();
+        let node = |i: usize| {
+            let (x, y) = (i % WIDTH, i / WIDTH);
+            let continued = 0.5 - 0.001 * x as f32 + 0.0002 * y as f32;
+            let (zeta, share) = match x > 72 {
+                true => (continued + 0.006 * (x - 72) as f32, beyond(y)),
+                false => (continued, 0.001),
+            };
+            truth.push(zeta);
+            let deviation = share * zeta;
+            let information = 1.0 / (deviation * deviation);
+            let noise: f32 = StandardNormal.sample(rng);
+            let mean = zeta + (NOISE as f32).sqrt() * deviation * noise;
+            let variance = (0.01 * zeta).powi(2);
+            [
+                continued,
+                information * (mean - continued),
+                information,
+                variance,
+            ]
+        };
+        let nodes = (0..WIDTH * HEIGHT).map(node).collect();
+        (nodes, truth)
+    }
+
+    /// What the second wall is off by in the mean, as a share, in rows.
+    fn off_beyond(rows: std::ops::Range<usize>, nodes: &[Node], truth: &[f32]) -> f32 {
+        let pixels = rows.flat_map(|y| (77..WIDTH).map(move |x| y * WIDTH + x));
+        let off: Vec<f32> = pixels
+            .map(|i| (nodes[i][0] - truth[i]).abs() / truth[i])
+            .collect();
+        off.iter().sum::<f32>() / off.len() as f32
+    }
+
+    /// Before and after smoothing, in the mean of some draws.
+    fn smoothed(seed: u64, rows: std::ops::Range<usize>, beyond: fn(usize) -> f32) -> [f32; 2] {
+        const DRAWS: usize = 8;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let lattice = lattice();
+        let mut sums = [0.0; 2];
+        for _ in 0..DRAWS {
+            let (mut nodes, truth) = corner(&mut rng, beyond);
+            sums[0] += off_beyond(rows.clone(), &nodes, &truth) / DRAWS as f32;
+            Planes::new(&lattice, ROUGHNESS, 20.0).smooth(&lattice, &mut nodes, NOISE);
+            sums[1] += off_beyond(rows.clone(), &nodes, &truth) / DRAWS as f32;
+        }
+        sums
+    }
+
+    #[test]
+    fn a_wall_beyond_a_corner_is_not_drawn_to_the_continued_one_by_what_is_known_of_that() {
+        let [before, after] = smoothed(1, 0..HEIGHT, |_| 1.0);
+        assert!(before > 0.15 && after < 0.05, "{before}, then {after}");
+    }
+
+    #[test]
+    fn a_wall_beyond_a_corner_goes_on_where_its_own_pixels_say_little() {
+        let beyond = |y| if y < 32 { 0.2 } else { 1.6 };
+        let [before, after] = smoothed(2, 36..HEIGHT, beyond);
+        assert!(before > 0.15 && after < 0.06, "{before}, then {after}");
     }
 }
