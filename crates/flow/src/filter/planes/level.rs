@@ -51,7 +51,7 @@ impl Surface {
     /// Fits the plane to the moments and what is expected.
     fn refit(&mut self, prior: Prior, noise: f64) {
         self.prior = prior;
-        let Prior { plane, spread } = prior.doubted(&self.moments);
+        let Prior { plane, spread } = prior;
         let unknown = Fit {
             plane,
             misfit: spread,
@@ -279,4 +279,30 @@ fn two_surfaces(kids: &[(usize, Face)]) -> [bool; 8] {
         }
     }
     groups
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // cells' numbers come back as they were
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beside_a_cell_are_both_surfaces_of_the_four_around_it_and_across_the_seam() {
+        let mut level = Level::new(4, 3);
+        let second = level.surfaces.len();
+        level.surfaces.push(Surface::new(5, Moments::NOTHING));
+        level.second[5] = second;
+        for (i, surface) in level.surfaces.iter_mut().enumerate() {
+            surface.fit.misfit = i as f64;
+        }
+        let beside = |cell, wraps| {
+            let mut found: Vec<f64> = level.beside(cell, wraps).map(|fit| fit.misfit).collect();
+            found.sort_by(f64::total_cmp);
+            found
+        };
+        assert_eq!(beside(0, false), [1.0, 4.0]);
+        assert_eq!(beside(0, true), [1.0, 3.0, 4.0]);
+        assert_eq!(beside(11, true), [7.0, 8.0, 10.0]);
+        assert_eq!(beside(6, false), [2.0, 5.0, 7.0, 10.0, 12.0]);
+    }
 }

@@ -1,4 +1,4 @@
-//! Which plane a surface goes on with: that of the coarser cells around it, another one beside it, or none.
+//! Which plane a surface goes on with: that of the coarser cells around it, or another one beside it.
 //!
 //! Coarser cells know most of the surface with most paint, and go on with its plane where another begins, of which less
 //! is seen. All pixels of a finer cell together may tell the two apart, long before each of them can by itself.
@@ -18,13 +18,6 @@ pub(super) struct Prior {
 
 /// A rival has to explain a surface's pixels better by this much, as a sum of squares over their variances.
 const BETTER: f64 = 1.5;
-
-/// Squares over variances by which a surface whose plane is as expected is away from it once in fifty times: a
-/// chi-square of the plane's three numbers.
-const BY_CHANCE: f64 = 10.0;
-
-/// Relative deviation of a plane of which nothing is expected.
-const ANY: f64 = 0.5;
 
 impl Prior {
     pub const UNKNOWN: Self = Self {
@@ -52,26 +45,6 @@ impl Prior {
         let as_it_is =
             self.plane.dot(&(moments.matrix * self.plane)) - 2.0 * self.plane.dot(&moments.vector);
         Some(as_it_is - away.dot(&(inverse * away)))
-    }
-
-    /// Spread as far as the moments contradict the plane. Misfits of coarser cells are those of their well-known
-    /// pixels, and say little of a surface that has few of these.
-    pub fn doubted(self, moments: &Moments) -> Self {
-        let contradicts = || {
-            let shape = moments.shape / moments.pixels;
-            let square = self.plane.dot(&(shape * self.plane));
-            let away = moments.vector - moments.matrix * self.plane;
-            let hold = shape / (ANY * ANY * square);
-            let inverse = (moments.matrix + hold).try_inverse()?;
-            let beyond = away.dot(&(inverse * away)) - BY_CHANCE;
-            Some((beyond.max(0.0) / moments.weight).min(square))
-        };
-        let known = moments.weight > 0.0;
-        let more = known.then(contradicts).flatten().unwrap_or(0.0);
-        Self {
-            spread: self.spread + more,
-            ..self
-        }
     }
 }
 
@@ -187,20 +160,5 @@ mod tests {
         assert_eq!(choose(apart(0.01), &[right], &of), apart(0.01).plane);
         assert_eq!(choose(wrong, &[right], &moments(&WALL, 2.0)), wrong.plane);
         assert_eq!(choose(wrong, &[right], &Moments::NOTHING), wrong.plane);
-    }
-
-    #[test]
-    fn a_plane_is_doubted_as_far_as_the_pixels_contradict_it() {
-        let of = moments(&WALL, 0.1);
-        assert_eq!(apart(0.0).doubted(&of).spread, apart(0.0).spread);
-        // A deviation of 2.5 % by sixteen pixels: 4 % are within chance.
-        assert_eq!(apart(0.04).doubted(&of).spread, apart(0.04).spread);
-        let doubted = apart(0.3).doubted(&of);
-        assert_eq!(doubted.plane, apart(0.3).plane);
-        let away = 0.3 * WALL.dot(&of.ray());
-        let share = doubted.spread / away.powi(2);
-        assert!((0.8..1.0).contains(&share), "{share}");
-        let nothing = apart(0.3).doubted(&Moments::NOTHING);
-        assert_eq!(nothing.spread, apart(0.3).spread);
     }
 }
