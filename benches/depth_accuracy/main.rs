@@ -1,11 +1,11 @@
 //! What the depth filter is off by, everywhere it is asked: `cargo run --release -p sphereflow-benches
 //! --example depth_accuracy -- [beginning of a name]... [--binning N] [--lags N,N,...] [--seconds S]
-//! [--seed N] [--constant-light] [--sigma S] [--hand-held SEEDS] [--maps FOLDER] [--maps-from S]`.
+//! [--seed N] [--constant-light] [--sigma S] [--hand-held SEEDS] [--furniture SEEDS] [--maps FOLDER] [--maps-from S]`.
 //!
 //! Thesis: section 4.1.1. Every case at 640x480 (or 1024x512 for the whole sphere), 60 Hz, 4 s, the
 //! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread. `--hand-held` (a seed,
 //! or the first and last of some: `41-64`) lets the camera move otherwise in every case, with noise of the same seed unless
-//! one is given, and sums up what several motions gave; `--maps` draws where errors are,
+//! one is given, and sums up what several motions gave; `--furniture` (likewise) furnishes the rooms otherwise; `--maps` draws where errors are,
 //! and tells what share of them lies how far from the scene's depth edges, from 2 s on or from where `--maps-from` says.
 
 mod cases;
@@ -35,7 +35,7 @@ fn main() -> Fallible<()> {
     let mut seconds = 4.0;
     let mut maps_from_s = 2.0;
     let (mut seed, mut folder, mut sigma) = (None, None, None);
-    let mut hands = Vec::new();
+    let (mut hands, mut furniture) = (Vec::new(), vec![1, 2, 3]);
     let mut names = Vec::new();
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
@@ -47,18 +47,28 @@ fn main() -> Fallible<()> {
             "--constant-light" => config.brightness = Brightness::Constant,
             "--seed" => seed = Some(value()?.parse()?),
             "--sigma" => sigma = Some(value()?.parse()?),
-            "--hand-held" => hands = seeds(&value()?)?,
+            "--hand-held" => hands = seeds("--hand-held", &value()?)?,
+            "--furniture" => furniture = seeds("--furniture", &value()?)?,
             "--maps-from" => maps_from_s = value()?.parse()?,
             "--maps" => folder = Some(std::path::PathBuf::from(value()?)),
             _ => names.push(argument),
         }
     }
-    println!("{}", Figures::HEADER);
-    for mut case in cases()? {
-        if let Some(sigma) = sigma {
+    let mut all = cases(&furniture)?;
+    if let Some(sigma) = sigma {
+        for case in &mut all {
             let [was, is] = [case.sigma, sigma].map(|sigma| format!("sigma {sigma}"));
             (case.name, case.sigma) = (case.name.replace(&was, &is), sigma);
         }
+    }
+    let known = |name: &String| all.iter().any(|case| case.name.starts_with(name.as_str()));
+    if let Some(name) = names.iter().find(|name| !known(name)) {
+        let known: Vec<&str> = all.iter().map(|case| case.name.as_str()).collect();
+        let known = known.join("; ");
+        return Err(format!("no case's name begins with {name}; there are: {known}").into());
+    }
+    println!("{}", Figures::HEADER);
+    for mut case in all {
         if !names.is_empty()
             && !names
                 .iter()
@@ -97,14 +107,13 @@ fn main() -> Fallible<()> {
 }
 
 /// A seed, or all from one to another: `41-64`.
-fn seeds(list: &str) -> Fallible<Vec<u64>> {
+fn seeds(option: &str, list: &str) -> Fallible<Vec<u64>> {
     let (first, last) = list.split_once('-').unwrap_or((list, list));
     let seeds: Vec<u64> = (first.parse()?..=last.parse()?).collect();
     if seeds.is_empty() {
-        return Err(format!(
-            "--hand-held: expected the first and last of some seeds, found {list}"
-        )
-        .into());
+        return Err(
+            format!("{option}: expected the first and last of some seeds, found {list}").into(),
+        );
     }
     Ok(seeds)
 }
