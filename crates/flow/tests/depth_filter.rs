@@ -25,12 +25,13 @@ type Light = fn(f64, f64) -> f32;
 
 /// What a run came to: errors E in percent, and the root mean square of error over deviation.
 struct Run {
+    half_second: f64,
     late_mean: f64,
     late_max: f64,
     normalised: f64,
 }
 
-/// 1.5 s of a sequence of 320x240; figures of the last half second.
+/// 1.5 s of a sequence of 320x240; the error after half a second, and figures of the last half.
 fn run(sequence: &Sequence, light: Light) -> Run {
     let config = DepthFilterConfig {
         binning: 1,
@@ -38,6 +39,7 @@ fn run(sequence: &Sequence, light: Light) -> Run {
     };
     let mut filter = DepthFilter::new(sequence.camera(), config).unwrap();
     let (mut late, mut squares, mut pixels) = (Vec::new(), 0.0, 0.0);
+    let mut half_second = f64::NAN;
     for index in 0..=90 {
         let mut frame = sequence.frame(index);
         let (width, height) = frame.image.size();
@@ -47,6 +49,9 @@ fn run(sequence: &Sequence, light: Light) -> Run {
         }
         let stamp = Stamp::from_ns((frame.t_s * 1e9) as i64);
         filter.step(&frame.image, &frame.pose, stamp).unwrap();
+        if index == 30 {
+            half_second = error_percent(&filter.range().0, &frame.range, sequence.camera());
+        }
         if index >= 60 && index % 6 == 0 {
             let (range, std) = filter.range();
             late.push(error_percent(&range, &frame.range, sequence.camera()));
@@ -57,6 +62,7 @@ fn run(sequence: &Sequence, light: Light) -> Run {
         }
     }
     Run {
+        half_second,
         late_mean: late.iter().sum::<f64>() / late.len() as f64,
         late_max: late.iter().copied().fold(0.0, f64::max),
         normalised: (squares / pixels).sqrt(),
@@ -115,6 +121,25 @@ fn depth_filter_does_not_take_rows_misplaced_by_its_own_start_for_light() {
         assert!(run.late_mean < 1.0, "{motion}: {}", run.late_mean);
         assert!(run.normalised < 3.0, "{motion}: {}", run.normalised);
     }
+}
+
+#[test]
+fn depth_filter_starts_in_furnished_rooms_within_half_a_second() {
+    // Thesis: section 4.1.1, its path, on which a faint wall beyond a corner comes into view at once; 1 % is asked.
+    // Half its size, noise of a pixel as of 2x2 at ten: measured 0.77, 0.75, 0.95 %.
+    let camera = SimConfig::thesis_camera(320, 240).unwrap();
+    let mut sum = 0.0;
+    for seed in 1..4 {
+        let path = Motion::sinusoids_411();
+        let sequence = Sequence::new(Scene::furnished_room(seed), &camera, path, 5.0);
+        let run = run(&sequence, steady);
+        println!(
+            "furnished {seed}: {:.2} % after half a second",
+            run.half_second
+        );
+        sum += run.half_second;
+    }
+    assert!(sum / 3.0 < 1.0, "{}", sum / 3.0);
 }
 
 #[test]
