@@ -4,12 +4,14 @@
 //! nanoseconds, unknown depth is NaN, and transforms are named `target_from_source` so that
 //! adjacent names cancel.
 
+pub mod checks;
 mod error;
 mod frame;
 mod plane;
 mod pose;
 mod sensors;
 mod stamp;
+pub mod statistics;
 mod status;
 mod trajectory;
 

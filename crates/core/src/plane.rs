@@ -114,14 +114,14 @@ impl<T> std::ops::Index<(usize, usize)> for Plane<T> {
 
     /// Pixel `(x, y)`.
     fn index(&self, (x, y): (usize, usize)) -> &T {
-        debug_assert!(x < self.width);
+        assert!(x < self.width, "column outside the plane");
         &self.data[y * self.width + x]
     }
 }
 
 impl<T> std::ops::IndexMut<(usize, usize)> for Plane<T> {
     fn index_mut(&mut self, (x, y): (usize, usize)) -> &mut T {
-        debug_assert!(x < self.width);
+        assert!(x < self.width, "column outside the plane");
         &mut self.data[y * self.width + x]
     }
 }
