@@ -233,6 +233,7 @@ impl Recording {
             range,
             imu: between(&self.0.imu, |sample| sample.stamp, before, stamp).to_vec(),
             mag: between(&self.0.mag, |sample| sample.stamp, before, stamp).to_vec(),
+            ..RgbdFrame::default()
         })
     }
 }

@@ -46,6 +46,7 @@ pub fn frame(index: usize) -> RgbdFrame {
         range: None,
         imu: imu.to_vec(),
         mag: vec![mag],
+        ..RgbdFrame::default()
     }
 }
 
