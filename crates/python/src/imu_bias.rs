@@ -1,10 +1,9 @@
 //! `ImuBiasEstimator`: biases of gyro and accelerometer from velocities, sample by sample and of a
 //! whole recording.
 
-use crate::arrays::{stamps, vectors3};
-use crate::attitude::{reason_text, unknown, vector3};
+use crate::arguments::{reason_text, unknown, vector3};
+use crate::arrays::{array1, square, stamps, vectors3};
 use crate::errors::{IntoPython, core_error};
-use crate::observers::{array1, square};
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;

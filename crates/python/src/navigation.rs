@@ -1,9 +1,8 @@
 //! `NavigationFilter`: pose, velocity and biases from whatever comes.
 
-use crate::arrays::floats;
-use crate::attitude::{reason_text, vector3, xyzw};
+use crate::arguments::{covariance3, reason_text, vector3};
+use crate::arrays::{array1, floats, square, xyzw};
 use crate::errors::IntoPython;
-use crate::observers::{array1, covariance3, square};
 use crate::trajectory::pose_from;
 use nalgebra::{Matrix6, Vector6};
 use numpy::{PyArray1, PyArray2};
