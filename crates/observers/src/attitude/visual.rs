@@ -8,7 +8,6 @@
 
 use super::config::AttitudeConfig;
 use crate::checks::Watch;
-use crate::error::positive;
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{UnitQuaternion, Vector3};
 use sphereflow_sphere::lie::so3;
@@ -35,7 +34,7 @@ impl VisualAttitude {
     /// # Errors
     /// A value error where the gain is not positive.
     pub fn new(gain_per_s: f64) -> Result<Self> {
-        positive("gain_per_s", gain_per_s)?;
+        sphereflow_core::checks::positive("gain_per_s", gain_per_s)?;
         let limits = AttitudeConfig::default();
         Ok(Self {
             gain: gain_per_s,

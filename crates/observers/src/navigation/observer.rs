@@ -5,9 +5,9 @@
 
 use super::config::NavigationConfig;
 use crate::checks::{Watch, is_finite};
-use crate::error::positive;
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{UnitQuaternion, Vector3};
+use sphereflow_core::checks;
 use sphereflow_sphere::lie::so3;
 
 /// Gains of [`PositionObserver`].
@@ -64,9 +64,10 @@ impl PositionObserver {
         velocity: Vector3<f64>,
         position: Vector3<f64>,
     ) -> Result<Self> {
-        for (name, gain) in [("k_v", gains.k_v), ("k_vx", gains.k_vx), ("k_x", gains.k_x)] {
-            positive(name, gain)?;
-        }
+        checks::each(
+            checks::positive,
+            &[("k_v", gains.k_v), ("k_vx", gains.k_vx), ("k_x", gains.k_x)],
+        )?;
         for (name, v) in [
             ("gravity_m_s2", &gravity),
             ("velocity_m_s", &velocity),
