@@ -25,10 +25,10 @@ const GYRO_JUMP: Jump = Jump {
     at_once: 1.0,
     per_s: 200.0,
 };
-/// A hand's acceleration changes by some 500 m/s^3: one spike of this size, believed, changes the
-/// velocity by 0.1 m/s and tilts no horizon by more than 0.2 degrees. Lower and higher as above.
+/// A hand's acceleration changes by some 500 m/s^3: one spike of this size, believed for
+/// 5 ms, changes the velocity by 0.08 m/s and tilts no horizon by more than 0.1 degrees. Lower and higher as above.
 const ACCEL_JUMP: Jump = Jump {
-    at_once: 20.0,
+    at_once: 10.0,
     per_s: 1000.0,
 };
 /// Velocities from images, of a hand: 3 m/s at once, or 20 m/s^2. They come 30 times a second, each
