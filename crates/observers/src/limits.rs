@@ -27,8 +27,6 @@ pub const SIGMA: RangeInclusive<f64> = 1e-9..=1e9;
 /// Shortest time step, seconds: no sensor comes at a megahertz, and two stamps closer than this are
 /// of one sample.
 pub const SHORTEST_STEP_S: f64 = 1e-6;
-/// Gains, noises and times among the settings, SI units.
-pub const SETTING: RangeInclusive<f64> = 1e-12..=1e12;
 
 /// Why a vector of a sensor cannot be a reading: not finite, or a component beyond `limit`.
 pub fn refused(sensor: Sensor, value: &Vector3<f64>, limit: f64) -> Option<Reason> {

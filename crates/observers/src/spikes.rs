@@ -107,6 +107,7 @@ impl SpikeGate {
     }
 
     /// The last reading that was believed.
+    #[cfg(test)]
     pub fn last(&self) -> Option<Vector3<f64>> {
         self.last
     }

@@ -227,6 +227,12 @@ impl PyAttitudeFilter {
             .map(PyAttitudeRun)
     }
 
+    /// Readings refused so far: numbers that no such sensor reads, and single spikes.
+    #[getter]
+    fn refused(&self) -> u64 {
+        self.0.refused()
+    }
+
     /// The state after the last sample.
     #[getter]
     fn state(&self) -> PyAttitudeState {
@@ -286,6 +292,12 @@ impl PyVisualAttitude {
             .transpose()?;
         let status = self.0.step(&gyro, visual.as_ref(), dt_s);
         Ok((status.name(), reason_text(status.reason())))
+    }
+
+    /// Readings refused so far: numbers that no such sensor reads, and single spikes.
+    #[getter]
+    fn refused(&self) -> u64 {
+        self.0.refused()
     }
 
     /// Attitude, world from body, (4,); None before the first visual one.

@@ -307,6 +307,12 @@ impl PyImuBiasEstimator {
         Ok(PyImuBiasState(state))
     }
 
+    /// Readings refused so far: numbers that no such sensor reads, and single spikes.
+    #[getter]
+    fn refused(&self) -> u64 {
+        self.0.refused()
+    }
+
     /// The state after the last sample.
     #[getter]
     fn state(&self) -> PyImuBiasState {

@@ -210,6 +210,12 @@ impl PyNavigationFilter {
         )
     }
 
+    /// Readings refused so far: numbers that no such sensor reads, and single spikes.
+    #[getter]
+    fn refused(&self) -> u64 {
+        self.0.refused()
+    }
+
     /// The state at a stamp; None before the first inertial reading.
     fn state(&self, stamp_ns: i64) -> Option<PyNavigationState> {
         self.0

@@ -228,6 +228,12 @@ impl PyVelocityBiasEstimator {
             .map(PyVelocityBiasState)
     }
 
+    /// Readings refused so far: numbers that no such sensor reads, and single spikes.
+    #[getter]
+    fn refused(&self) -> u64 {
+        self.inner.refused()
+    }
+
     /// The state after the last images.
     #[getter]
     fn state(&self) -> PyVelocityBiasState {

@@ -90,6 +90,12 @@ impl PyPositionObserver {
         Ok((status.name(), reason_text(status.reason())))
     }
 
+    /// Readings refused so far: numbers that no such sensor reads, and single spikes.
+    #[getter]
+    fn refused(&self) -> u64 {
+        self.0.refused()
+    }
+
     /// Velocity, body frame, m/s, (3,).
     #[getter]
     fn velocity_m_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {

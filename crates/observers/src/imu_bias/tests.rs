@@ -12,6 +12,7 @@ use sphereflow_sim::motion::{Curve, Wave};
 
 mod bad_input;
 mod bad_table;
+mod consistency;
 mod convergence;
 mod lyapunov;
 mod observability;

@@ -12,6 +12,7 @@ use sphereflow_sphere::lie::so3;
 
 mod bad_input;
 mod bad_table;
+mod consistency;
 mod observer;
 mod order;
 mod spikes;

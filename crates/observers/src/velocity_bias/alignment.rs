@@ -6,6 +6,7 @@
 //! differences that leave the pixel itself out: so the noise of slopes and residuals is not
 //! correlated, and however noisy the images are the estimate settles on the truth.
 
+use super::debiased::{LEAST_OF_PAIR, Spectrum, Sums};
 use super::images::Images;
 use super::information::PoseInformation;
 use super::references::Reference;
@@ -22,8 +23,8 @@ use sphereflow_sphere::{Sampler, SphereGrid};
 pub struct Sloped {
     /// As measured.
     pub images: Images,
-    grey_slope: Vec<Vector3<f64>>,
-    range_slope: Vec<Vector3<f64>>,
+    /// On the sphere, row after row: brightness, range.
+    slopes: [Vec<[f32; 3]>; 2],
     smooth_range: Plane<f32>,
 }
 
@@ -45,30 +46,64 @@ impl Sloped {
         let smooth = |image: &Plane<f32>, passes: usize| {
             (0..passes).fold(image.clone(), |image, _| smoothed(&image))
         };
-        let slope = |image: &Plane<f32>| {
+        let slope = |image: &Plane<f32>| -> Result<Vec<[f32; 3]>> {
             let values: Vec<f64> = image.data().iter().map(|v| f64::from(*v)).collect();
-            grid.gradient(&values)
+            let slopes = grid.gradient(&values)?;
+            Ok(slopes
+                .iter()
+                .map(|v| (*v).map(|v| v as f32).into())
+                .collect())
         };
         let smooth_range = smooth(&images.range, SMOOTHING[1]);
         Ok(Self {
-            grey_slope: slope(&smooth(&images.grey, SMOOTHING[0]))?,
-            range_slope: slope(&smooth_range)?,
+            slopes: [
+                slope(&smooth(&images.grey, SMOOTHING[0]))?,
+                slope(&smooth_range)?,
+            ],
             smooth_range,
             images,
         })
     }
 }
 
-/// Residuals and sensitivities of one pixel.
+impl Sloped {
+    fn slope(&self, kind: usize, pixel: usize) -> Vector3<f64> {
+        Vector3::from(self.slopes[kind][pixel]).map(f64::from)
+    }
+
+    /// The slope between pixels; NaN beyond the border or where one is unknown.
+    fn slope_at(&self, kind: usize, grid: &SphereGrid, at: &Vector2<f64>) -> Vector3<f64> {
+        let (width, height) = (grid.width(), grid.height());
+        let (x, y) = (at.x.floor(), at.y.floor());
+        let inside = y >= 0.0 && y + 1.0 < height as f64;
+        let inside = inside && (grid.wraps_around() || (x >= 0.0 && x + 1.0 < width as f64));
+        if !inside {
+            return Vector3::repeat(f64::NAN);
+        }
+        let (fx, fy) = (at.x - x, at.y - y);
+        let column = |x: f64| x.rem_euclid(width as f64) as usize % width;
+        let (left, right, top) = (column(x), column(x + 1.0), y as usize * width);
+        let mix = |row: usize| {
+            self.slope(kind, row + left) * (1.0 - fx) + self.slope(kind, row + right) * fx
+        };
+        mix(top) * (1.0 - fy) + mix(top + width) * fy
+    }
+}
+
+/// Residuals and sensitivities of one pixel: by the slopes of the image, and by those of the
+/// reference, whose noise is another.
 #[derive(Clone, Copy)]
 struct Row {
     residual: [f64; 2],
     sensitivity: [Vector6<f64>; 2],
+    other: [Vector6<f64>; 2],
 }
 
+const ZERO: Vector6<f64> = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 const NO_ROW: Row = Row {
     residual: [f64::NAN; 2],
-    sensitivity: [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 2],
+    sensitivity: [ZERO; 2],
+    other: [ZERO; 2],
 };
 
 /// A pair to align.
@@ -82,12 +117,26 @@ pub struct Pair<'a> {
     pub image: &'a Sloped,
     /// How its rows moved.
     pub rows: RowMotion,
+    /// Metres.
+    pub mean_range: f64,
+    /// What the pairs of the last second show.
+    pub shown: Option<Spectrum>,
 }
 
-/// The normal equations of a pair at the motion `reference_from_image`, and the share of pixels with
-/// a row.
-pub fn align(pair: &Pair<'_>, motion: &Pose) -> (PoseInformation, f64) {
-    let (grid, first) = (pair.grid, &pair.reference.images);
+/// A pair, aligned as far as it says.
+#[derive(Clone, Copy, Debug)]
+pub struct Aligned {
+    /// The normal equations, without what only noise says.
+    pub found: PoseInformation,
+    /// Where they come from.
+    pub sums: Sums,
+    /// Share of the pixels with a row.
+    pub share: f64,
+}
+
+/// A pair at the motion `reference_from_image`.
+pub fn align(pair: &Pair<'_>, motion: &Pose) -> Aligned {
+    let (grid, first) = (pair.grid, &pair.reference.image.images);
     let width = grid.width();
     let mut rows = vec![NO_ROW; grid.rays().len()];
     rows.par_chunks_mut(width)
@@ -104,14 +153,23 @@ pub fn align(pair: &Pair<'_>, motion: &Pose) -> (PoseInformation, f64) {
         .iter()
         .filter(|row| row.residual[1].is_finite())
         .count();
-    let mut found = PoseInformation {
-        information: Matrix6::zeros(),
-        gradient: Vector6::zeros(),
-    };
+    let (mut sums, mut gradient) = (Sums::zeros(), Vector6::zeros());
     for kind in 0..2 {
-        add(&mut found, &rows, kind, width);
+        add(&mut sums, &mut gradient, &rows, kind, width);
     }
-    (found, count as f64 / rows.len().max(1) as f64)
+    let shown = pair.shown.map_or(sums, |shown| shown.within(&sums));
+    let found = match shown.spectrum(pair.mean_range, LEAST_OF_PAIR) {
+        None => PoseInformation {
+            information: Matrix6::zeros(),
+            gradient: Vector6::zeros(),
+        },
+        Some(spectrum) => PoseInformation {
+            information: spectrum.information(),
+            gradient: spectrum.gradient(&gradient),
+        },
+    };
+    let share = count as f64 / rows.len().max(1) as f64;
+    Aligned { found, sums, share }
 }
 
 fn sampler<'a>(grid: &SphereGrid, image: &'a Plane<f32>) -> Sampler<'a> {
@@ -171,20 +229,26 @@ fn pixel(
         let by_omega = arm.cross(&g);
         Vector6::new(by_omega.x, by_omega.y, by_omega.z, g.x, g.y, g.z)
     };
+    let reference = &pair.reference.image;
+    let own = |kind: usize| row(&second.slope(kind, i), kind as f64);
+    let other = |kind: usize| {
+        let there = reference.slope_at(kind, grid, &at) * (smooth / distance);
+        row(&(motion.rotation.inverse() * there), kind as f64)
+    };
     Some(Row {
         residual: [residual_grey, residual_range],
-        sensitivity: [
-            row(&second.grey_slope[i], 0.0),
-            row(&second.range_slope[i], 1.0),
-        ],
+        sensitivity: [own(0), own(1)],
+        other: [other(0), other(1)],
     })
 }
 
 /// Add the rows of brightness (0) or range (1), weighted by their own robust scale. A brightness
 /// that all pixels share belongs to the exposure and is taken off.
-fn add(found: &mut PoseInformation, rows: &[Row], kind: usize, width: usize) {
-    let usable =
-        |row: &&Row| row.residual[kind].is_finite() && row.sensitivity[kind].sum().is_finite();
+fn add(sums: &mut Sums, gradient: &mut Vector6<f64>, rows: &[Row], kind: usize, width: usize) {
+    let usable = |row: &&Row| {
+        let sensitivities = row.sensitivity[kind].sum() + row.other[kind].sum();
+        row.residual[kind].is_finite() && sensitivities.is_finite()
+    };
     let mut residuals: Vec<f64> = rows
         .iter()
         .filter(usable)
@@ -201,24 +265,26 @@ fn add(found: &mut PoseInformation, rows: &[Row], kind: usize, width: usize) {
     residuals.iter_mut().for_each(|r| *r = (*r - offset).abs());
     let scale = (SIGMA_PER_MAD * median_mut(&mut residuals).unwrap_or(0.0)).max(1e-9);
     let chunk = |rows: &[Row]| {
-        let (mut information, mut gradient) = (Matrix6::zeros(), Vector6::zeros());
+        let (mut sums, mut gradient) = (Sums::zeros(), Vector6::zeros());
         for row in rows.iter().filter(usable) {
             let (s, r) = (&row.sensitivity[kind], row.residual[kind] - offset);
             let ratio = r / (CAUCHY * scale);
             let weight = 1.0 / (scale * scale * (1.0 + ratio * ratio) * OVERCONFIDENCE);
-            information += s * s.transpose() * weight;
+            sums.push(s, &row.other[kind], weight);
             gradient += s * (weight * r);
         }
-        (information, gradient)
+        (sums, gradient)
     };
     let parts: Vec<_> = rows.par_chunks(width).map(chunk).collect();
-    for (information, gradient) in parts {
-        found.information += information;
-        found.gradient -= gradient;
+    for (part, slope) in parts {
+        sums.add(&part, 1.0);
+        *gradient -= slope;
     }
 }
 
-/// One pass of 1-2-1 along rows and columns; unknown pixels stay unknown and give no weight.
+/// One pass of 1-2-1 along rows and columns; unknown pixels stay unknown. Where one neighbour is missing
+/// the other is left out too: what is even stays even up to the border, and the camera's own border
+/// makes no slopes that all images share, and that a comparison of two images takes for a surface.
 fn smoothed(image: &Plane<f32>) -> Plane<f32> {
     let (width, height) = image.size();
     let pass = |image: &Plane<f32>, dx: usize, dy: usize| {
@@ -227,14 +293,13 @@ fn smoothed(image: &Plane<f32>) -> Plane<f32> {
             if own.is_nan() {
                 return own;
             }
-            let (mut sum, mut weight) = (2.0 * own, 2.0);
             let before = (x >= dx && y >= dy).then(|| image[(x - dx, y - dy)]);
-            for value in before.into_iter().chain(image.get(x + dx, y + dy).copied()) {
-                if !value.is_nan() {
-                    (sum, weight) = (sum + value, weight + 1.0);
+            match (before, image.get(x + dx, y + dy)) {
+                (Some(before), Some(after)) if !(before + after).is_nan() => {
+                    0.5 * own + 0.25 * (before + after)
                 }
+                _ => own,
             }
-            sum / weight
         })
     };
     pass(&pass(image, 1, 0), 0, 1)

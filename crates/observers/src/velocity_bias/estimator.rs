@@ -2,11 +2,14 @@
 
 use super::alignment::Sloped;
 use super::config::{BiasMethod, MIN_SHARE, VelocityBiasConfig};
+use super::debiased::blind_directions;
 use super::images::{Binning, Images};
 use super::observer::{FieldObserver, Gains, ImageVelocity};
 use super::tracking::Tracking;
 use super::window::Window;
-use crate::checks::{DeadAxis, is_finite, saturated};
+use crate::checks::{DeadAxis, saturated};
+use crate::limits;
+use crate::spikes::{Sieved, SpikeGate};
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use sphereflow_core::{Plane, RangeMap};
@@ -43,6 +46,8 @@ pub struct VelocityBiasEstimator {
     linear_measured: bool,
     /// Of the angular and the linear velocity.
     axes: [DeadAxis; 2],
+    /// Of the angular and the linear velocity.
+    gates: [SpikeGate; 2],
     /// The motion since the last images that were used is unknown.
     lost: bool,
     status: Status,
@@ -53,9 +58,6 @@ enum Estimator {
     Information(Box<Tracking>),
     Observer(Box<FieldObserver>),
 }
-
-/// Square root of the smallest to the largest eigenvalue below which a direction is blind.
-const BLIND_SCORE: f64 = 0.01;
 
 impl VelocityBiasEstimator {
     /// For the images of a camera.
@@ -88,6 +90,7 @@ impl VelocityBiasEstimator {
             seen: Matrix6::zeros(),
             linear_measured: false,
             axes: [DeadAxis::new(); 2],
+            gates: [SpikeGate::turning(), SpikeGate::speed()],
             lost: false,
             status: Status::Starting(Reason::NoData),
         })
@@ -152,7 +155,7 @@ impl VelocityBiasEstimator {
         dt_s: f64,
     ) -> Result<Status> {
         let images = self.binning.bin(grey, range)?;
-        if !(dt_s > 0.0 && dt_s.is_finite()) {
+        if !limits::is_step(dt_s) {
             return Ok(Status::Skipped(Reason::StampNotIncreasing));
         }
         let (sum, count) = images
@@ -175,15 +178,19 @@ impl VelocityBiasEstimator {
             self.restart(images, velocity)?;
             return Ok(match lost {
                 None => Status::Starting(Reason::NoData),
-                Some(reason @ Reason::NotFinite { .. }) => Status::Skipped(reason),
-                Some(reason) => Status::Weak(reason),
+                Some(reason @ (Reason::Gap { .. } | Reason::Saturated { .. })) => {
+                    Status::Weak(reason)
+                }
+                Some(reason) => Status::Skipped(reason),
             });
         }
         self.linear_measured |= velocity.linear_m_s.is_some();
+        // What was seen long ago is forgotten, as the biases are.
+        self.seen *= (-dt_s / self.config.forget_s).exp();
         match &mut self.estimator {
             Estimator::Observer(observer) => {
-                observer.step(images, velocity, dt_s)?;
-                self.seen += observer.gram() * dt_s;
+                observer.step(images, velocity, self.mean_range, dt_s)?;
+                self.seen += observer.seen(self.mean_range) * dt_s;
             }
             Estimator::Information(information) => {
                 let image = Sloped::new(&self.grid, images)?;
@@ -197,16 +204,28 @@ impl VelocityBiasEstimator {
     }
 
     /// Why the motion since the images before is not known.
-    fn lost_motion(&self, velocity: &ImageVelocity, dt_s: f64) -> Option<Reason> {
-        let v = velocity.linear_m_s.unwrap_or_default();
-        if !(is_finite(&velocity.angular_rad_s) && is_finite(&v)) {
-            let sensor = Sensor::Velocity;
-            return Some(Reason::NotFinite { sensor });
-        }
-        if dt_s > self.config.max_gap_s {
-            return Some(Reason::Gap { seconds: dt_s });
-        }
-        saturated(&velocity.angular_rad_s, self.config.angular_limit_rad_s)
+    fn lost_motion(&mut self, velocity: &ImageVelocity, dt_s: f64) -> Option<Reason> {
+        let omega = velocity.angular_rad_s;
+        let angular = self.gates[0].step(&omega, dt_s);
+        let linear = velocity.linear_m_s.map(|v| self.gates[1].step(&v, dt_s));
+        let refused = [Some(angular), linear]
+            .into_iter()
+            .flatten()
+            .find_map(|s| match s {
+                Sieved::Refused(reason) => Some(reason),
+                _ => None,
+            });
+        let possible = limits::refused(Sensor::Velocity, &omega, limits::GYRO_RAD_S).is_none();
+        let saturated = saturated(&omega, self.config.angular_limit_rad_s);
+        let gap = dt_s > self.config.max_gap_s;
+        gap.then_some(Reason::Gap { seconds: dt_s })
+            .or(saturated.filter(|_| possible))
+            .or(refused)
+    }
+
+    /// Velocities refused so far: numbers that nothing measures, and spikes.
+    pub fn refused(&self) -> u64 {
+        self.gates.iter().map(SpikeGate::refused).sum()
     }
 
     /// The images are the first ones once more; what is known of the biases stays.
@@ -239,23 +258,6 @@ impl VelocityBiasEstimator {
     /// Thesis: Theorem 3: a closed scene with a rotation axis, or a view that slides on itself, shows
     /// fewer than six directions.
     fn blind_directions(&self) -> Vec<Vector6<f64>> {
-        let size = if self.linear_measured { 6 } else { 3 };
-        let l = self.mean_range;
-        let scale = Matrix6::from_diagonal(&Vector6::new(1.0 / l, 1.0 / l, 1.0 / l, 1.0, 1.0, 1.0));
-        let mut form = scale * self.seen * scale;
-        if size == 3 {
-            // Without linear velocity only the angular part is asked for.
-            for i in 3..6 {
-                form.row_mut(i).fill(0.0);
-                form.column_mut(i).fill(0.0);
-                form[(i, i)] = form[(0, 0)].max(form[(1, 1)]).max(form[(2, 2)]);
-            }
-        }
-        let eigen = form.symmetric_eigen();
-        let largest = eigen.eigenvalues.max();
-        (0..6)
-            .filter(|i| eigen.eigenvalues[*i] <= BLIND_SCORE * BLIND_SCORE * largest)
-            .map(|i| eigen.eigenvectors.column(i).into_owned())
-            .collect()
+        blind_directions(&self.seen, self.mean_range, self.linear_measured)
     }
 }

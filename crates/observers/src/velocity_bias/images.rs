@@ -3,9 +3,14 @@
 use crate::{Error, Result};
 use sphereflow_core::Plane;
 use sphereflow_sphere::{Camera, SphereGrid};
+use std::ops::RangeInclusive;
 
 /// A bin of ranges further apart than this, relative, spans an edge and is unknown.
 const SPREAD: f32 = 0.12;
+
+/// Ranges of rooms and landscapes, m; others are unknown. So is a brightness beyond any unit.
+const RANGE_M: RangeInclusive<f32> = 1e-3..=1e5;
+const GREY: RangeInclusive<f32> = -1e9..=1e9;
 
 /// The two images of an instant, binned.
 #[derive(Clone, Debug)]
@@ -54,12 +59,13 @@ impl Binning {
             }
         }
         Ok(Images {
-            grey: self.mean(grey, f32::INFINITY),
-            range: self.mean(range, SPREAD),
+            grey: self.mean(grey, f32::INFINITY, &GREY),
+            range: self.mean(range, SPREAD, &RANGE_M),
         })
     }
 
-    fn mean(&self, image: &Plane<f32>, spread: f32) -> Plane<f32> {
+    /// Means of bins; what lies outside `known` is unknown.
+    fn mean(&self, image: &Plane<f32>, spread: f32, known: &RangeInclusive<f32>) -> Plane<f32> {
         let n = self.factor;
         let (width, height) = (image.width() / n, image.height() / n);
         let needed = (n * n).div_ceil(2);
@@ -67,7 +73,7 @@ impl Binning {
             let (mut sum, mut count, mut low, mut high) = (0.0, 0, f32::INFINITY, 0.0_f32);
             for row in y * n..(y + 1) * n {
                 for v in &image.row(row)[x * n..(x + 1) * n] {
-                    if v.is_finite() {
+                    if known.contains(v) {
                         (sum, count) = (sum + v, count + 1);
                         (low, high) = (low.min(*v), high.max(*v));
                     }

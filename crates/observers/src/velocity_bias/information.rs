@@ -5,6 +5,7 @@
 //! equations. As long as the reference stays, the errors of alignments do not add up: the biases are
 //! as well known as the noise of the velocity readings allows. Order of twists [angular, linear].
 
+use crate::kalman;
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use sphereflow_core::Pose;
 use sphereflow_sphere::lie::se3;
@@ -45,6 +46,15 @@ pub struct BiasInformation {
 /// Without a measured linear velocity the camera's own takes the bias's place (with a reading of
 /// zero), and changes by so much, m/s^2.
 const UNKNOWN_ACCEL: f64 = 5.0;
+
+/// Speed of what carries a camera where nothing measures it, m/s, standard deviation.
+const UNKNOWN_SPEED: f64 = 30.0;
+/// Eigenvalues of an alignment's information below this part of the largest are zero but for rounding.
+const LEAST_EIGENVALUE: f64 = 1e-10;
+/// No alignment is better than a micrometre or a microradian.
+const MOST_INFORMATION: f64 = 1e12;
+/// Where nothing aligns the pose is unknown within this, rad and m.
+const LOST: [f64; 2] = [3.0, 1e3];
 
 fn squares([a, v]: [f64; 2]) -> Matrix6<f64> {
     Matrix6::from_diagonal(&Vector6::new(a, a, a, v, v, v).map(|s| s * s))
@@ -105,6 +115,17 @@ impl BiasInformation {
                 self.covariance[(i, i)] += (UNKNOWN_ACCEL * dt_s).powi(2);
             }
         }
+        self.settle();
+    }
+
+    /// Finite and positive definite.
+    fn settle(&mut self) {
+        let [a, v] = self.prior.start;
+        let speed = v.max(UNKNOWN_SPEED);
+        let sigmas = [LOST[0], LOST[1], a, speed];
+        let largest = SVector::<f64, 12>::from_fn(|i, _| sigmas[i / 3].powi(2));
+        kalman::bounded(&mut self.covariance, &largest);
+        kalman::settle(&mut self.covariance);
     }
 
     /// Old knowledge of the biases fades, but never below what was known at the start.
@@ -133,47 +154,40 @@ impl BiasInformation {
         whole.lu().solve(&(p * found.gradient - xi))
     }
 
-    /// How far the best pose of an alignment at `pose exp(xi)` lies from that of the readings, in units
-    /// of both their covariances and of `noise`, squared. `None` where it leaves a direction open.
-    pub fn disagreement(
-        &self,
-        xi: &Vector6<f64>,
-        found: &PoseInformation,
-        noise: &Matrix6<f64>,
-    ) -> Option<f64> {
-        let own = found.information.cholesky()?;
-        let off = xi + own.solve(&found.gradient);
-        let whole = self.pose_covariance() + own.inverse() + noise;
-        Some(off.dot(&whole.cholesky()?.solve(&off)))
-    }
-
-    /// Take in an alignment at `pose exp(xi)`. False where it makes no sense.
+    /// Take in an alignment at `pose exp(xi)`.
+    ///
+    /// # Errors
+    /// How far its best pose lies from that of the readings, in units of both their covariances and of
+    /// `noise`, squared, where that is beyond `gate`; infinity where it makes no sense.
     pub fn correct(
         &mut self,
         xi: &Vector6<f64>,
         found: &PoseInformation,
         noise: &Matrix6<f64>,
-    ) -> bool {
-        let a = &found.information;
-        let Some(share) = (Matrix6::identity() + a * noise).try_inverse() else {
-            return false;
-        };
-        let (a, z) = (share * a, share * (a * xi + found.gradient));
-        let a = (a + a.transpose()) * 0.5;
-        let p = self.pose_covariance();
-        let Some(inverse) = (Matrix6::identity() + a * p).try_inverse() else {
-            return false;
-        };
-        let cross = self.covariance.fixed_columns::<6>(0).into_owned();
-        let step: SVector<f64, 12> = cross * (inverse * z);
-        if !step.iter().all(|v| v.is_finite()) {
-            return false;
+        gate: f64,
+    ) -> Result<(), f64> {
+        // Each eigenvector of the information measures one number of the pose's twist.
+        let eigen = found.information.symmetric_eigen();
+        let least = LEAST_EIGENVALUE * eigen.eigenvalues.max();
+        let mut h = SMatrix::<f64, 6, 12>::zeros();
+        let mut own = Matrix6::identity();
+        let mut residual = *xi;
+        for i in 0..6 {
+            let (value, direction) = (eigen.eigenvalues[i], eigen.eigenvectors.column(i));
+            residual[i] = 0.0;
+            if value > least {
+                h.fixed_view_mut::<1, 6>(i, 0)
+                    .copy_from(&direction.transpose());
+                own[(i, i)] = 1.0 / value.min(MOST_INFORMATION);
+                residual[i] = direction.dot(xi) + direction.dot(&found.gradient) / value;
+            }
         }
+        let seen = h.fixed_view::<6, 6>(0, 0).into_owned();
+        let whole = own + seen * noise * seen.transpose();
+        let step = kalman::update(&mut self.covariance, &h, &residual, &whole, gate)?;
         self.pose = self.pose * se3::exp(&step.fixed_rows::<6>(0).into_owned());
         self.bias += step.fixed_rows::<6>(6);
-        let kept = self.covariance - cross * (inverse * a) * cross.transpose();
-        self.covariance = (kept + kept.transpose()) * 0.5;
-        true
+        Ok(())
     }
 
     /// The present image becomes a reference: what is not known of the pose is once more unknown of

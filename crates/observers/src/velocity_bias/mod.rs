@@ -6,6 +6,7 @@
 
 mod alignment;
 mod config;
+mod debiased;
 mod estimator;
 mod images;
 mod information;

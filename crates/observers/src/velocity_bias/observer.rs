@@ -6,6 +6,7 @@
 //! to 16). Here the fields are transported back along the flow to the mid-point's foot, the window's
 //! change along the way is exact, and the corrections are implicit.
 
+use super::debiased::Sums;
 use super::images::Images;
 use super::window::Window;
 use crate::Result;
@@ -51,11 +52,10 @@ pub struct FieldObserver {
     /// [angular, linear].
     bias: Vector6<f64>,
     field_energy: f64,
-    gram: Matrix6<f64>,
+    /// Independent slopes of the last second or so: what is no noise.
+    sums: Sums,
+    mean_range: f64,
 }
-
-/// Eigenvalues of the Gram matrix below this part of the largest are not divided by.
-const RANK: f64 = 1e-5;
 
 impl FieldObserver {
     /// At zero bias. `lambda` are the weights of brightness and range.
@@ -75,7 +75,8 @@ impl FieldObserver {
             fields: None,
             bias: Vector6::zeros(),
             field_energy: 0.0,
-            gram: Matrix6::zeros(),
+            sums: Sums::zeros(),
+            mean_range: 1.0,
         }
     }
 
@@ -84,9 +85,11 @@ impl FieldObserver {
         self.bias
     }
 
-    /// Gram matrix of the sensitivities of the images to the biases, [angular, linear].
-    pub fn gram(&self) -> &Matrix6<f64> {
-        &self.gram
+    /// Gram matrix of the sensitivities of the images to the biases, [angular, linear], without what
+    /// noise adds to it.
+    pub fn seen(&self, mean_range: f64) -> Matrix6<f64> {
+        let spectrum = self.sums.gathered(mean_range);
+        spectrum.map_or_else(Matrix6::zeros, |s| s.information())
     }
 
     /// The part of the Lyapunov function that needs no truth: `int lambda_X X~^2 + lambda_L L~^2`
@@ -113,7 +116,14 @@ impl FieldObserver {
     ///
     /// # Errors
     /// A shape error where the images are not of the grid's size.
-    pub fn step(&mut self, images: Images, velocity: &ImageVelocity, dt_s: f64) -> Result<()> {
+    pub fn step(
+        &mut self,
+        images: Images,
+        velocity: &ImageVelocity,
+        mean_range: f64,
+        dt_s: f64,
+    ) -> Result<()> {
+        self.mean_range = mean_range;
         let measured = self.windowed(&images);
         let Some((fields, before)) = self.fields.take() else {
             self.fields = Some((measured, images));
@@ -125,7 +135,7 @@ impl FieldObserver {
         let mut corrected =
             [0, 1].map(|i| flow.transport(&fields[i], &sources[i], i == 1, &measured[i], share));
         let linear = velocity.linear_m_s.is_some();
-        self.follow(&mut corrected, &measured, &images, linear, dt_s)?;
+        self.follow(&mut corrected, &measured, [&before, &images], linear, dt_s)?;
         self.fields = Some((corrected, images));
         Ok(())
     }
@@ -174,38 +184,55 @@ impl FieldObserver {
         &mut self,
         fields: &mut [Plane<f32>; 2],
         measured: &[Plane<f32>; 2],
-        images: &Images,
+        [before, images]: [&Images; 2],
         linear: bool,
         dt_s: f64,
     ) -> Result<()> {
-        let mut slopes = Vec::with_capacity(2);
-        for (i, field) in fields.iter().enumerate() {
-            let values: Vec<f64> = field.data().iter().map(|v| f64::from(*v)).collect();
-            slopes.push(Slopes {
+        let own = self.slopes(fields, images, linear)?;
+        // Slopes of two frames: their noise has nothing to do with each other, and unlike those of the
+        // estimate they are where they belong while the biases are not found yet.
+        let now = self.slopes(measured, images, linear)?;
+        let then = self.slopes(&self.windowed(before), before, linear)?;
+        let (mut integral, mut gram) = (Vector6::zeros(), Matrix6::zeros());
+        let mut sums = Sums::zeros();
+        for i in 0..2 {
+            let pair = [&now[i], &then[i]];
+            let parts = self.integrals(&fields[i], &measured[i], &own[i], pair);
+            integral += parts.integral * self.lambda[i];
+            gram += parts.gram * self.lambda[i];
+            sums.add(&parts.sums, self.lambda[i]);
+        }
+        self.sums.follow(&sums, dt_s);
+        let carried = dt_s / (1.0 + self.k_field * dt_s);
+        let step = self.bias_step(&integral, &gram, carried, dt_s);
+        self.bias += step;
+        self.field_energy = 0.0;
+        for i in 0..2 {
+            self.carry(&mut fields[i], &own[i], &(step * carried));
+            let energy = self.energy(&fields[i], &measured[i]);
+            self.field_energy += 0.5 * self.lambda[i] * energy;
+        }
+        Ok(())
+    }
+
+    /// Slopes of both fields, whose sources are `images`.
+    fn slopes<'a>(
+        &self,
+        fields: &[Plane<f32>; 2],
+        images: &'a Images,
+        linear: bool,
+    ) -> Result<[Slopes<'a>; 2]> {
+        let of = |i: usize| -> Result<Slopes<'a>> {
+            let values: Vec<f64> = fields[i].data().iter().map(|v| f64::from(*v)).collect();
+            Ok(Slopes {
                 gradient: self.grid.gradient(&values)?,
                 source: [&images.grey, &images.range][i].data(),
                 range: images.range.data(),
                 is_range: i == 1,
                 linear,
-            });
-        }
-        let (mut integral, mut gram) = (Vector6::zeros(), Matrix6::zeros());
-        for i in 0..2 {
-            let parts = self.integrals(&fields[i], &measured[i], &slopes[i]);
-            integral += parts.0 * self.lambda[i];
-            gram += parts.1 * self.lambda[i];
-        }
-        let carried = dt_s / (1.0 + self.k_field * dt_s);
-        let step = self.bias_step(&integral, &gram, carried, dt_s);
-        self.bias += step;
-        self.gram = gram;
-        self.field_energy = 0.0;
-        for i in 0..2 {
-            self.carry(&mut fields[i], &slopes[i], &(step * carried));
-            let energy = self.energy(&fields[i], &measured[i]);
-            self.field_energy += 0.5 * self.lambda[i] * energy;
-        }
-        Ok(())
+            })
+        };
+        Ok([of(0)?, of(1)?])
     }
 
     /// `-dt (K^-1 + dt^2 Gram / (1 + k dt))^-1 int`.
@@ -225,7 +252,9 @@ impl FieldObserver {
             }
             Gains::Normalised(rate) => {
                 let gain = rate * self.k_field;
-                divided(gram, integral) * (-dt_s * gain / (1.0 + gain * dt_s * carried))
+                let spectrum = self.sums.gathered(self.mean_range);
+                spectrum.map_or_else(Vector6::zeros, |s| s.solved(gram, integral))
+                    * (-dt_s * gain / (1.0 + gain * dt_s * carried))
             }
         }
     }
@@ -246,32 +275,39 @@ impl FieldObserver {
         Vector6::new(omega.x, omega.y, omega.z, v.x, v.y, v.z)
     }
 
-    /// `int e s`, `int s s'` of a field, in fixed chunks: row after row.
+    /// The integrals of a field, in fixed chunks: row after row.
     fn integrals(
         &self,
         field: &Plane<f32>,
         measured: &Plane<f32>,
         slopes: &Slopes<'_>,
-    ) -> (Vector6<f64>, Matrix6<f64>) {
+        pair: [&Slopes<'_>; 2],
+    ) -> Integrals {
         let width = self.grid.width();
         let row = |y: usize| {
-            let (mut integral, mut gram) = (Vector6::zeros(), Matrix6::zeros());
+            let mut out = Integrals::zeros();
             for i in y * width..(y + 1) * width {
                 let area = self.grid.solid_angle()[i];
                 let error = f64::from(field.data()[i]) - f64::from(measured.data()[i]);
                 let s = self.sensitivity(i, slopes);
                 if (area * (error + s.sum())).is_finite() {
-                    integral += s * (area * error);
-                    gram += s * s.transpose() * area;
+                    out.integral += s * (area * error);
+                    out.gram += s * s.transpose() * area;
+                    let [a, b] = pair.map(|slopes| self.sensitivity(i, slopes));
+                    if (a + b).sum().is_finite() {
+                        out.sums.push(&a, &b, area);
+                    }
                 }
             }
-            (integral, gram)
+            out
         };
         let rows: Vec<_> = (0..self.grid.height()).into_par_iter().map(row).collect();
-        rows.into_iter()
-            .fold((Vector6::zeros(), Matrix6::zeros()), |a, b| {
-                (a.0 + b.0, a.1 + b.1)
-            })
+        rows.into_iter().fold(Integrals::zeros(), |mut all, row| {
+            all.integral += row.integral;
+            all.gram += row.gram;
+            all.sums.add(&row.sums, 1.0);
+            all
+        })
     }
 
     /// The field changes by what its sensitivities make of a step of the biases.
@@ -299,6 +335,25 @@ impl FieldObserver {
     }
 }
 
+/// Integrals of a field over the images.
+struct Integrals {
+    /// `int e s`.
+    integral: Vector6<f64>,
+    /// `int s s'`.
+    gram: Matrix6<f64>,
+    sums: Sums,
+}
+
+impl Integrals {
+    fn zeros() -> Self {
+        Self {
+            integral: Vector6::zeros(),
+            gram: Matrix6::zeros(),
+            sums: Sums::zeros(),
+        }
+    }
+}
+
 /// What the sensitivities of a field are made of.
 struct Slopes<'a> {
     gradient: Vec<Vector3<f64>>,
@@ -306,18 +361,4 @@ struct Slopes<'a> {
     range: &'a [f32],
     is_range: bool,
     linear: bool,
-}
-
-/// `Gram^-1 integral` over the directions that the images show.
-fn divided(gram: &Matrix6<f64>, integral: &Vector6<f64>) -> Vector6<f64> {
-    let eigen = gram.symmetric_eigen();
-    let largest = eigen.eigenvalues.max();
-    let mut out = Vector6::zeros();
-    for i in 0..6 {
-        if eigen.eigenvalues[i] > RANK * largest && largest > 0.0 {
-            let direction = eigen.eigenvectors.column(i);
-            out += direction * (direction.dot(integral) / eigen.eigenvalues[i]);
-        }
-    }
-    out
 }

@@ -3,7 +3,7 @@
 //! A camera that comes back finds its old reference, and with it the attitude of then: what the
 //! biases rest on does not drift with the number of frames.
 
-use super::images::Images;
+use super::alignment::Sloped;
 use super::row_motion::RowMotion;
 use sphereflow_core::Pose;
 use sphereflow_sphere::SphereGrid;
@@ -11,8 +11,8 @@ use sphereflow_sphere::SphereGrid;
 /// One reference.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// Brightness and range.
-    pub images: Images,
+    /// Brightness and range, with their slopes.
+    pub image: Sloped,
     /// How the camera moved while it was read.
     pub rows: RowMotion,
     /// First reference from this camera.
@@ -28,7 +28,7 @@ pub struct References {
 
 /// A new reference every so much of the field of view.
 const SPACING: f64 = 0.2;
-/// Images kept at most, 150 kB each.
+/// Images kept at most, 700 kB each at 160x120.
 const MOST: usize = 64;
 
 impl References {

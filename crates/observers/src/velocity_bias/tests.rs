@@ -15,6 +15,8 @@ mod bad_table;
 mod covariance;
 mod information;
 mod observer;
+mod scenes;
+mod spikes;
 
 /// Thesis: section 5.4.3.
 const RATE_HZ: f64 = 42.0;

@@ -1,12 +1,13 @@
 //! The information form: images aligned with references, biases from what that corrects.
 
-use super::alignment::{Pair, Sloped, align};
+use super::alignment::{Aligned, Pair, Sloped, align};
 use super::config::{MIN_SHARE, VelocityBiasConfig};
-use super::information::{BiasInformation, BiasPrior, PoseInformation};
+use super::debiased::Sums;
+use super::information::{BiasInformation, BiasPrior};
 use super::observer::ImageVelocity;
 use super::references::{Reference, References};
 use super::row_motion::RowMotion;
-use crate::{Reason, Sensor, Status};
+use crate::{Reason, Sensor, Status, limits};
 use nalgebra::{Matrix6, Vector6};
 use sphereflow_core::Pose;
 use sphereflow_sphere::SphereGrid;
@@ -38,6 +39,8 @@ pub struct Tracking {
     /// Error of an alignment that all its pixels share, rad.
     shared_rad: f64,
     rejected: usize,
+    /// What the pairs of the last second show.
+    sums: Sums,
     linear_measured: bool,
 }
 
@@ -55,6 +58,7 @@ impl Tracking {
             timing_sigma_s: config.timing_sigma_s,
             shared_rad: config.shared_error_px * pixel_angle(grid),
             rejected: 0,
+            sums: Sums::zeros(),
             linear_measured: false,
         }
     }
@@ -98,10 +102,17 @@ impl Tracking {
             reference,
             image: &image,
             rows,
+            mean_range,
+            shown: self.sums.gathered(mean_range),
         };
-        let (xi, found, share) = settle(&pair, &self.known, &noise, mean_range);
-        let disagreement = self.known.disagreement(&xi, &found, &noise);
-        if let Some(distance) = disagreement.filter(|d| *d > GATE) {
+        let (xi, aligned) = settle(&pair, &self.known, &noise);
+        let Aligned { found, sums, share } = aligned;
+        self.sums.follow(&sums, dt_s);
+        if share < MIN_SHARE {
+            self.begin(grid, image, &twist, &noise);
+            return Err(Status::Skipped(Reason::FewPixels { share }));
+        }
+        if let Err(distance) = self.known.correct(&xi, &found, &noise, GATE) {
             self.rejected += 1;
             if self.rejected >= PATIENCE {
                 self.begin(grid, image, &twist, &noise);
@@ -112,22 +123,15 @@ impl Tracking {
                 limit: GATE,
             }));
         }
-        if share < MIN_SHARE || !self.known.correct(&xi, &found, &noise) {
-            self.begin(grid, image, &twist, &noise);
-            return Err(Status::Skipped(Reason::FewPixels { share }));
-        }
         self.rejected = 0;
         let pose = *self.known.pose();
         let nearest = self.references.nearest(&pose, mean_range);
         if nearest.is_none_or(|(_, distance)| self.references.is_far(distance)) {
             self.known.add_reference(&noise);
-            self.references.add(Reference {
-                images: image.images,
-                rows,
-                pose,
-            });
+            self.references.add(Reference { image, rows, pose });
         }
-        Ok(found.information)
+        let gathered = self.sums.gathered(mean_range);
+        Ok(gathered.map_or_else(Matrix6::zeros, |s| s.information()))
     }
 
     /// Images that cannot be aligned: the motion meanwhile is that of the velocities alone.
@@ -147,7 +151,8 @@ impl Tracking {
         mean_range: f64,
     ) {
         let measured = stacked(velocity);
-        let twist = if measured.iter().all(|m| m.is_finite()) {
+        let possible = |m: &f64| m.abs() <= limits::SPEED_M_S;
+        let twist = if measured.iter().all(possible) {
             measured - self.known.bias()
         } else {
             Vector6::zeros()
@@ -167,7 +172,7 @@ impl Tracking {
         self.known.restart(noise);
         self.references.clear();
         self.references.add(Reference {
-            images: image.images,
+            image,
             rows: RowMotion::new(twist, self.readout_s, grid.height()),
             pose: *self.known.pose(),
         });
@@ -199,22 +204,22 @@ fn settle(
     pair: &Pair<'_>,
     known: &BiasInformation,
     noise: &Matrix6<f64>,
-    mean_range: f64,
-) -> (Vector6<f64>, PoseInformation, f64) {
+) -> (Vector6<f64>, Aligned) {
     let from_world = pair.reference.pose.inverse();
     let at = |xi: &Vector6<f64>| -> Pose { from_world * *known.pose() * se3::exp(xi) };
     let mut xi = Vector6::zeros();
-    let (mut found, mut share) = align(pair, &at(&xi));
+    let mut aligned = align(pair, &at(&xi));
     for _ in 1..MOST_WARPS {
-        let Some(step) = known.step_from(&xi, &found, noise) else {
+        let Some(step) = known.step_from(&xi, &aligned.found, noise) else {
             break;
         };
-        let angle = step.fixed_rows::<3>(0).norm() + step.fixed_rows::<3>(3).norm() / mean_range;
+        let angle =
+            step.fixed_rows::<3>(0).norm() + step.fixed_rows::<3>(3).norm() / pair.mean_range;
         if angle < SETTLED_RAD || !angle.is_finite() {
             break;
         }
         xi += step;
-        (found, share) = align(pair, &at(&xi));
+        aligned = align(pair, &at(&xi));
     }
-    (xi, found, share)
+    (xi, aligned)
 }

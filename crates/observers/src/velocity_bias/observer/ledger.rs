@@ -62,7 +62,7 @@ fn entry(
 ) -> Option<Entry> {
     let measured = observer.windowed(&images);
     let Some((fields, before)) = observer.fields.clone() else {
-        observer.step(images, velocity, dt_s).unwrap();
+        observer.step(images, velocity, 3.0, dt_s).unwrap();
         return None;
     };
     let (was, bias) = (observer.lyapunov(truth).unwrap(), observer.bias);
@@ -82,7 +82,7 @@ fn entry(
             ]
         })
         .collect();
-    observer.step(images, velocity, dt_s).unwrap();
+    observer.step(images, velocity, 3.0, dt_s).unwrap();
     let (grid, s) = (&observer.grid, observer.k_field * dt_s);
     let after = &observer.fields.as_ref()?.0;
     let mut entry = Entry {
