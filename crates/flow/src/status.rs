@@ -49,6 +49,17 @@ pub enum DepthReason {
     },
 }
 
+sphereflow_core::reason_codes! {
+    DepthReason {
+        "no_motion" => NoMotion { baseline_m },
+        "pure_rotation" => PureRotation { baseline_m },
+        "no_texture" => NoTexture { share },
+        "few_known_pixels" => FewKnownPixels { share },
+        "stamp_not_increasing" => StampNotIncreasing,
+        "poor_fit" => PoorFit { share },
+    }
+}
+
 impl DepthStatus {
     /// `started`, `updated`, `unobservable`, `unusable` or `skipped`.
     pub fn name(&self) -> &'static str {
