@@ -1,8 +1,10 @@
 //! The keyframes of a run, the frames that hang on them, and what is compared again at the end.
 
+use crate::Result;
 use crate::keyframe::KeyframeMotion;
 use crate::odometry::OdometryResult;
 use crate::pyramid::FramePyramid;
+use sphereflow_core::checks::{each, non_negative, positive, share, within};
 use sphereflow_core::{Pose, Reason, Stamp, TrackStatus};
 
 /// Which pairs of keyframes are compared, and how far the comparison is trusted.
@@ -38,6 +40,25 @@ impl Default for GraphConfig {
             floor_rad: 3e-3,
             rounds: 2,
         }
+    }
+}
+
+impl GraphConfig {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// A core value error naming the first setting out of its range.
+    pub fn validate(&self) -> Result<()> {
+        let reach = [
+            ("max_angle_rad", self.max_angle_rad),
+            ("max_distance_m", self.max_distance_m),
+        ];
+        each(positive, &reach)?;
+        share("min_overlap", self.min_overlap)?;
+        within("max_edges", self.max_edges, 1..=10_000)?;
+        let floors = [("floor_m", self.floor_m), ("floor_rad", self.floor_rad)];
+        each(non_negative, &floors)?;
+        Ok(within("rounds", self.rounds, 1..=20)?)
     }
 }
 

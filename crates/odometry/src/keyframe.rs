@@ -1,7 +1,9 @@
 //! Keyframes: frames that later ones are aligned to, so that errors do not add up frame by frame.
 
+use crate::Result;
 use crate::pyramid::FramePyramid;
 use nalgebra::Matrix6;
+use sphereflow_core::checks::{each, positive, share};
 use sphereflow_core::{Pose, Stamp, Twist};
 
 /// When a frame becomes a keyframe, and when an alignment is believed.
@@ -28,6 +30,25 @@ impl Default for KeyframePolicy {
             least_overlap: 0.3,
             max_surprise_m: 0.15,
         }
+    }
+}
+
+impl KeyframePolicy {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// A core value error naming the first setting out of its range.
+    pub fn validate(&self) -> Result<()> {
+        let shares = [
+            ("min_overlap", self.min_overlap),
+            ("least_overlap", self.least_overlap),
+        ];
+        each(share, &shares)?;
+        let sizes = [
+            ("max_flow_px", self.max_flow_px),
+            ("max_surprise_m", self.max_surprise_m),
+        ];
+        Ok(each(positive, &sizes)?)
     }
 }
 

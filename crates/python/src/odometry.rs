@@ -3,6 +3,8 @@
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, core_error, exception};
 use crate::motion_arguments::{Image, config, deviation, matrix6, reason, vector3, vector3_of};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use crate::trajectory::{PyTrajectory, pose_matrix};
 use nalgebra::{Matrix6, Vector3};
 use numpy::{PyArray1, PyArray2};
@@ -177,11 +179,15 @@ impl PyOdometryResult {
             self.0.stamp, self.0.status, p.x, p.y, p.z
         )
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "OdometryResult", self.0.to_plain(py)?)
+    }
 }
 
 /// What comparing the keyframes gave.
 #[pyclass(name = "OptimiseReport", module = "sphereflow.odometry", frozen)]
-pub struct PyOptimiseReport(OptimiseReport);
+pub struct PyOptimiseReport(pub OptimiseReport);
 
 #[pymethods]
 impl PyOptimiseReport {
@@ -223,6 +229,10 @@ impl PyOptimiseReport {
 
     fn __repr__(&self) -> String {
         format!("{:?}", self.0)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "OptimiseReport", self.0.to_plain(py)?)
     }
 }
 

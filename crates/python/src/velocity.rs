@@ -4,6 +4,8 @@ use crate::arrays::brightness;
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use crate::motion_arguments::{Image, config, deviation, matrix6, reason, vector3, vector3_of};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -133,6 +135,10 @@ impl PyVelocityEstimate {
             "VelocityEstimate({}, linear_m_s=[{:.4}, {:.4}, {:.4}], angular_rad_s=[{:.4}, {:.4}, {:.4}])",
             self.0.status, v.x, v.y, v.z, w.x, w.y, w.z
         )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "VelocityEstimate", self.0.to_plain(py)?)
     }
 }
 

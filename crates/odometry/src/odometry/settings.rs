@@ -21,7 +21,14 @@ pub struct OdometryConfig {
 }
 
 impl OdometryConfig {
-    pub(super) fn validate(&self) -> Result<()> {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// A core value error naming the first setting out of its range.
+    pub fn validate(&self) -> Result<()> {
+        self.alignment.validate()?;
+        self.keyframes.validate()?;
+        self.graph.validate()?;
         if self.readout_s.is_finite() && self.readout_s.abs() <= MAX_READOUT_S {
             return Ok(());
         }
