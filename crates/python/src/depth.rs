@@ -4,6 +4,8 @@ use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use crate::flow::{grey, plane_array};
 use crate::motion_arguments::{deviation, vector3_of};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use crate::trajectory::{pose_from, pose_matrix};
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -11,6 +13,15 @@ use sphereflow_core::{Plane, Stamp, Twist};
 use sphereflow_flow::{
     Brightness, DepthFilter, DepthFilterConfig, DepthStatus, PoseNoise, VelocityNoise,
 };
+
+/// Range, deviation, status, noise and share of a result.
+type State<'py> = (
+    Py<PyArray2<f32>>,
+    Option<Py<PyArray2<f32>>>,
+    Bound<'py, PyAny>,
+    f32,
+    f32,
+);
 
 /// Range and its standard deviation after a step, and what became of the image.
 #[pyclass(name = "DepthResult", module = "sphereflow.depth", frozen)]
@@ -31,6 +42,26 @@ impl PyDepthResult {
             status,
             sigma_grey: f32::NAN,
             fitting_share: f32::NAN,
+        })
+    }
+
+    /// What a pickle holds.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (range, status) = (self.range_m(py), self.status.to_plain(py)?);
+        let (sigma, share) = (self.sigma_grey, self.fitting_share);
+        let state: State<'py> = (range, self.std_m(py), status, sigma, share);
+        Ok(state.into_pyobject(py)?.into_any())
+    }
+
+    /// From what a pickle holds.
+    pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (range, std, status, sigma_grey, fitting_share): State<'_> = state.extract()?;
+        Ok(Self {
+            range,
+            std,
+            status: Plain::from_plain(&status)?,
+            sigma_grey,
+            fitting_share,
         })
     }
 }
@@ -81,6 +112,10 @@ impl PyDepthResult {
             self.status.name(),
             reason.unwrap_or_default()
         )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "DepthResult", self.state(py)?)
     }
 }
 

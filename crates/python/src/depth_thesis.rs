@@ -4,6 +4,7 @@ use crate::camera::PyCamera;
 use crate::depth::{PyDepthResult, twist};
 use crate::errors::IntoPython;
 use crate::flow::{flow_from, grey, plane_array, positive};
+use crate::pickle::{Reduced, reduced};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use sphereflow_flow::{
@@ -140,6 +141,33 @@ impl PyVariationalDepth {
     #[getter]
     fn iterations(&self) -> usize {
         self.iterations
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "VariationalDepth", self.state(py)?)
+    }
+}
+
+/// Inverse range, energy, residual and iterations of a result.
+type State = (Py<PyArray2<f32>>, f64, f64, usize);
+
+impl PyVariationalDepth {
+    /// What a pickle holds.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let inverse = self.inv_range(py);
+        let state: State = (inverse, self.energy, self.residual, self.iterations);
+        Ok(state.into_pyobject(py)?.into_any())
+    }
+
+    /// From what a pickle holds.
+    pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (inv_range, energy, residual, iterations): State = state.extract()?;
+        Ok(Self {
+            inv_range,
+            energy,
+            residual,
+            iterations,
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! `Frame` and the iterator over frames decoded ahead.
 
 use crate::errors::IntoPython;
+use crate::pickle::{Reduced, reduced};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_core::{Plane, RgbdFrame, Stamp};
@@ -45,6 +46,36 @@ impl PyFrame {
     }
 }
 
+/// Stamp, colour, depth, range and the number of inertial samples.
+type State = (
+    i64,
+    Option<Py<PyArray3<u8>>>,
+    Option<Py<PyArray2<f32>>>,
+    Option<Py<PyArray2<f32>>>,
+    usize,
+);
+
+impl PyFrame {
+    /// What a pickle holds.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (colour, depth, range) = (self.colour(py), self.depth_m(py), self.range_m(py));
+        let state: State = (self.stamp_ns, colour, depth, range, self.imu_count);
+        Ok(state.into_pyobject(py)?.into_any())
+    }
+
+    /// From what a pickle holds.
+    pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (stamp_ns, colour, depth_m, range_m, imu_count): State = state.extract()?;
+        Ok(Self {
+            stamp_ns,
+            colour,
+            depth_m,
+            range_m,
+            imu_count,
+        })
+    }
+}
+
 #[pymethods]
 impl PyFrame {
     /// Stamp, integer nanoseconds.
@@ -81,6 +112,10 @@ impl PyFrame {
             has(self.depth_m.is_some() || self.range_m.is_some()),
             self.imu_count
         )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "Frame", self.state(py)?)
     }
 }
 

@@ -20,11 +20,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 /// What `__reduce__` returns: `_restore` and its two arguments.
+pub type Reduced<'py> = (Bound<'py, PyAny>, Bound<'py, PyTuple>);
+
+/// The class by its name, and the state of an object.
 pub fn reduced<'py>(
     py: Python<'py>,
     class: &str,
     state: Bound<'py, PyAny>,
-) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+) -> PyResult<Reduced<'py>> {
     let restore = py.import("sphereflow._native")?.getattr("_restore")?;
     let arguments = [class.to_string().to_plain(py)?, state];
     Ok((restore, PyTuple::new(py, arguments)?))

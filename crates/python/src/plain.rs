@@ -219,7 +219,10 @@ impl<T: Plain> Plain for Vec<T> {
     }
 
     fn from_plain(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        value.try_iter()?.map(|item| T::from_plain(&item?)).collect()
+        value
+            .try_iter()?
+            .map(|item| T::from_plain(&item?))
+            .collect()
     }
 }
 

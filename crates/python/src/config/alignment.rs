@@ -5,11 +5,11 @@ use crate::errors::IntoPython;
 use crate::plain::{Plain, dict_of, field, named, plain_names, plain_struct};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use sphereflow_odometry::Error;
 pub use sphereflow_odometry::{
     Config, CovarianceModel, GraphConfig, KeyframePolicy, Method, NoiseModel, OdometryConfig,
     SelfCalibrationConfig,
 };
-use sphereflow_odometry::Error;
 
 plain_names!(Method { "pyramid" => Pyramid, "single" => Single });
 plain_struct!(CovarianceModel {

@@ -112,9 +112,7 @@ impl Settings for SobolevConfig {
     }
 
     fn check(&self) -> PyResult<()> {
-        SobolevDepth::new(&rays()?, *self)
-            .map(|_| ())
-            .into_python()
+        SobolevDepth::new(&rays()?, *self).map(|_| ()).into_python()
     }
 }
 
