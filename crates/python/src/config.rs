@@ -6,6 +6,10 @@ mod depth;
 mod flow;
 mod observers;
 
+pub use alignment::noise_named;
+pub use depth::{DepthObserverConfig, FlowObserverConfig};
+pub use flow::{SolverKind, parts, solver};
+
 use crate::errors::{Kind, exception};
 use crate::plain::Plain;
 use pyo3::prelude::*;
@@ -91,7 +95,7 @@ pub fn default_config<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, P
 pub fn check_config(name: &str, values: &Bound<'_, PyDict>) -> PyResult<()> {
     macro_rules! check {
         ($type:ty) => {
-            <$type as Plain>::from_plain(values.as_any())?.check()
+            Settings::check(&<$type as Plain>::from_plain(values.as_any())?)
         };
     }
     of_name!(name, check)

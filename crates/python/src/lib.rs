@@ -70,6 +70,8 @@ mod _native {
     #[pymodule_export]
     use crate::pickle::restore;
     #[pymodule_export]
+    use crate::plain::reason_codes;
+    #[pymodule_export]
     use crate::position::PyPositionObserver;
     #[pymodule_export]
     use crate::range_flow::PyRangeFlow;
