@@ -2,7 +2,7 @@
 
 use crate::keyframe::KeyframeMotion;
 use crate::odometry::OdometryResult;
-use crate::pyramid::FramePyramid;
+use sphereflow_alignment::FramePyramid;
 use sphereflow_core::{Pose, Reason, Stamp, TrackStatus};
 
 /// Which pairs of keyframes are compared, and how far the comparison is trusted.

@@ -1,7 +1,7 @@
 //! Keyframes: frames that later ones are aligned to, so that errors do not add up frame by frame.
 
-use crate::pyramid::FramePyramid;
 use nalgebra::Matrix6;
+use sphereflow_alignment::FramePyramid;
 use sphereflow_core::{Pose, Stamp, Twist};
 
 /// When a frame becomes a keyframe, and when an alignment is believed.

@@ -1,12 +1,11 @@
 //! What can be done once more is known: keyframes compared with each other, and all poses fitted.
 
 use crate::Result;
-use crate::align::{Alignment, Task};
-use crate::estimate::formal_covariance;
 use crate::graph::KeyframeGraph;
 use crate::odometry::DepthOdometry;
 use crate::pose_graph::{self, Edge};
 use nalgebra::{Matrix6, Vector6};
+use sphereflow_alignment::{Alignment, Priors};
 use sphereflow_core::{Pose, Trajectory};
 
 /// What [`DepthOdometry::optimise`] did.
@@ -115,24 +114,21 @@ impl DepthOdometry {
     /// The measured motion between two keyframes; `None` where it is not to be believed.
     fn compare(&mut self, a: usize, b: usize, predicted: Pose) -> Option<Edge> {
         let config = &self.config;
-        let task = Task {
-            first: &self.graph.keyframes[a].image,
-            second: &self.graph.keyframes[b].image,
-            guess: predicted,
-            prior: None,
-            brightness: None,
-            readout: None, // undone when they became keyframes
-            finest: self.aligner.stack.levels.len().min(2) - 1,
-            restart: false,
-        };
-        let alignment = self.aligner.align(&config.alignment, &task).ok()?;
+        // The rolling shutter was undone when they became keyframes.
+        let keyframes = &self.graph.keyframes;
+        let alignment = self.aligner.align(
+            &keyframes[a].image,
+            &keyframes[b].image,
+            predicted,
+            &Priors::default(),
+        );
         let surprise = (alignment.motion.translation - predicted.translation).norm();
         let good = alignment.settled
-            && alignment.solution.scale < MAX_SCALE
+            && alignment.residual_scale < MAX_SCALE
             && alignment.overlap > config.keyframes.least_overlap
-            && alignment.solution.spectrum.rank(alignment.solution.cut) == 6
+            && alignment.rank == 6
             && surprise < config.keyframes.max_surprise_m;
-        let information = edge_covariance(config, &alignment).try_inverse()?;
+        let information = edge_covariance(config, &alignment)?.try_inverse()?;
         good.then_some(Edge {
             a,
             b,
@@ -172,12 +168,14 @@ fn parent_edges(graph: &KeyframeGraph, config: &crate::GraphConfig) -> Vec<Edge>
         .collect()
 }
 
+/// `None` where nothing was aligned.
 fn edge_covariance(
     config: &crate::odometry::OdometryConfig,
     alignment: &Alignment,
-) -> Matrix6<f64> {
+) -> Option<Matrix6<f64>> {
     let ratio = FORMAL_SCALE / config.alignment.covariance.scale;
-    formal_covariance(&config.alignment, alignment, 1.0) * (ratio * ratio) + floor(&config.graph)
+    let formal = alignment.formal_covariance(&config.alignment, 1.0)?;
+    Some(formal * (ratio * ratio) + floor(&config.graph))
 }
 
 fn floor(config: &crate::GraphConfig) -> Matrix6<f64> {

@@ -7,17 +7,17 @@ mod result;
 mod settings;
 
 use crate::Result;
-use crate::align::Aligner;
-use crate::depth_image::DepthImage;
-use crate::estimate::VelocityEstimate;
 use crate::graph::KeyframeGraph;
 use crate::keyframe::{Keyframe, LastFrame};
-use crate::motion::{pose_from_twist, twist_from_pose};
-use crate::pyramid::FramePyramid;
 pub use gyro::Gyro;
 use measure::Measured;
 pub use result::{OdometryResult, Timings};
 pub use settings::OdometryConfig;
+use sphereflow_alignment::Aligner;
+use sphereflow_alignment::DepthImage;
+use sphereflow_alignment::FramePyramid;
+use sphereflow_alignment::VelocityEstimate;
+use sphereflow_alignment::{pose_from_twist, twist_from_pose};
 use sphereflow_core::{Pose, Reason, Stamp, TrackStatus, Twist};
 use sphereflow_sphere::Camera;
 use std::time::Instant;
@@ -50,9 +50,9 @@ impl DepthOdometry {
     pub fn new(camera: &Camera, config: OdometryConfig) -> Result<Self> {
         config.validate()?;
         Ok(Self {
-            aligner: Aligner::new(camera, &config.alignment)?,
+            aligner: Aligner::new(camera, config.alignment)?,
             max_flow_px: config.keyframes.max_flow_px * camera.width() as f64
-                / crate::config::REFERENCE_WIDTH as f64,
+                / sphereflow_alignment::REFERENCE_WIDTH as f64,
             config,
             keyframe: None,
             last: LastFrame::default(),
@@ -105,8 +105,8 @@ impl DepthOdometry {
         }
         self.gyro = gyro;
         let begin = Instant::now();
-        let stack = &self.aligner.stack;
-        stack.average(&depth.into(), "depth", &mut self.current)?;
+        self.aligner
+            .average(&depth.into(), "depth", &mut self.current)?;
         let averaging_s = begin.elapsed().as_secs_f64();
         let mut result = self.advance(stamp);
         result.timings = Timings {
@@ -133,7 +133,7 @@ impl DepthOdometry {
             return skipped;
         }
         self.last_stamp = Some(stamp);
-        let share = self.current.levels[0].known_share();
+        let share = self.current.known_share();
         if share < self.config.alignment.min_known_share {
             // The keyframe stays: a short loss of sight is bridged by the next good frame.
             return self.hold(stamp, Reason::FewKnownPixels { share }, None);
@@ -142,7 +142,7 @@ impl DepthOdometry {
             self.start(stamp);
             return self.result(stamp, TrackStatus::Started, None);
         }
-        if self.current.levels[0].same_as(&self.last.image.levels[0]) {
+        if self.current.same_as(&self.last.image) {
             self.last_pose = self.last.pose;
             let status = TrackStatus::Skipped(Reason::DuplicateFrame);
             return self.result(stamp, status, None);

@@ -1,9 +1,9 @@
 //! How a frame becomes a keyframe: as if all its rows had been exposed at the stamp.
 
 use super::DepthOdometry;
-use crate::motion::twist_from_pose;
-use crate::pyramid::FramePyramid;
-use crate::row_motion::RollingShutter;
+use sphereflow_alignment::FramePyramid;
+use sphereflow_alignment::RollingShutter;
+use sphereflow_alignment::twist_from_pose;
 use sphereflow_core::{Pose, Twist};
 
 impl DepthOdometry {
@@ -40,9 +40,8 @@ impl DepthOdometry {
         if shutter.is_global() {
             image.clone_from(&self.last.image);
         } else {
-            let config = &self.config.alignment;
             self.aligner
-                .undo_rolling_shutter(config, &self.last.image, shutter, &mut image);
+                .undo_rolling_shutter(&self.last.image, shutter, &mut image);
         }
         image
     }

@@ -1,8 +1,8 @@
 //! What the odometry says of a frame.
 
-use crate::estimate::VelocityEstimate;
 use crate::keyframe::KeyframeMotion;
 use nalgebra::Matrix6;
+use sphereflow_alignment::VelocityEstimate;
 use sphereflow_core::{Pose, Stamp, TrackStatus, Twist};
 
 /// Seconds spent on one frame.

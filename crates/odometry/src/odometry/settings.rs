@@ -1,9 +1,9 @@
 //! The settings of the odometry.
 
 use crate::Result;
-use crate::config::Config;
 use crate::graph::GraphConfig;
 use crate::keyframe::KeyframePolicy;
+use sphereflow_alignment::Config;
 use sphereflow_core::Error;
 
 /// Settings of [`DepthOdometry`].
@@ -26,7 +26,7 @@ impl OdometryConfig {
             return Ok(());
         }
         let expected = format!("at most {MAX_READOUT_S} s between first and last row");
-        Err(Error::value("readout_s", expected, self.readout_s).into())
+        Err(Error::value("readout_s", expected, self.readout_s))
     }
 }
 

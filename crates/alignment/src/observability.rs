@@ -44,16 +44,16 @@ impl fmt::Display for WeakDirection {
 
 /// What a direction must have to be estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Cut {
+pub struct Cut {
     /// Share of the best determined direction: square root of the eigenvalues' ratio.
-    pub(crate) score: f64,
+    pub score: f64,
     /// Eigenvalue of the normal matrix, rotations scaled by the mean range.
-    pub(crate) eigenvalue: f64,
+    pub eigenvalue: f64,
 }
 
 impl Cut {
     /// By the score alone.
-    pub(crate) fn of_score(score: f64) -> Self {
+    pub fn of_score(score: f64) -> Self {
         Self {
             score,
             eigenvalue: 0.0,
@@ -63,7 +63,7 @@ impl Cut {
 
 /// Eigenvalues and directions of a normal matrix, rotations scaled by the mean range.
 #[derive(Clone, Debug)]
-pub(crate) struct Spectrum {
+pub struct Spectrum {
     /// Increasing.
     values: [f64; 6],
     /// Scaled units: `[L omega, v]`.
@@ -76,7 +76,7 @@ pub(crate) struct Spectrum {
 
 impl Spectrum {
     /// Of `normal`, which may hold more than `images`, the part that the images tell.
-    pub(crate) fn with_prior(normal: &Matrix6<f64>, images: &Matrix6<f64>, range_m: f64) -> Self {
+    pub fn with_prior(normal: &Matrix6<f64>, images: &Matrix6<f64>, range_m: f64) -> Self {
         let unscale = diagonal(1.0 / range_m);
         let best = (unscale * images * unscale).symmetric_eigenvalues().max();
         Self {
@@ -85,7 +85,7 @@ impl Spectrum {
         }
     }
 
-    pub(crate) fn new(normal: &Matrix6<f64>, range_m: f64) -> Self {
+    pub fn new(normal: &Matrix6<f64>, range_m: f64) -> Self {
         let unscale = diagonal(1.0 / range_m);
         let eigen = SymmetricEigen::new(unscale * normal * unscale);
         let mut order = [0, 1, 2, 3, 4, 5];
@@ -99,7 +99,7 @@ impl Spectrum {
     }
 
     /// Square root of smallest over largest eigenvalue, 0 to 1.
-    pub(crate) fn score(&self) -> f64 {
+    pub fn score(&self) -> f64 {
         self.score_of(0)
     }
 
@@ -120,7 +120,7 @@ impl Spectrum {
     ///
     /// `normal` may weigh the rows more sharply than the matrix of the spectrum does: the spectrum
     /// says what can be seen through the noise, `normal` what was seen.
-    pub(crate) fn solve(
+    pub fn solve(
         &self,
         normal: &Matrix6<f64>,
         right: &Vector6<f64>,
@@ -138,7 +138,7 @@ impl Spectrum {
 
     /// Covariance of the solution: `variance` over the normal matrix, and `unseen_std` squared
     /// along directions that `cut` leaves out.
-    pub(crate) fn covariance(
+    pub fn covariance(
         &self,
         normal: &Matrix6<f64>,
         variance: f64,
@@ -182,7 +182,7 @@ impl Spectrum {
     }
 
     /// How many directions are estimated.
-    pub(crate) fn rank(&self, cut: Cut) -> usize {
+    pub fn rank(&self, cut: Cut) -> usize {
         self.seen(cut).len()
     }
 
@@ -190,7 +190,7 @@ impl Spectrum {
     /// deviation in `covariance`. Those left out come first, in the basis that has the most
     /// translations: where several motions go unseen together the eigenvectors are any mixture of
     /// them, which has no name.
-    pub(crate) fn weak_directions(
+    pub fn weak_directions(
         &self,
         covariance: &Matrix6<f64>,
         weak: f64,

@@ -7,45 +7,45 @@ use sphereflow_sphere::{Camera, SphereGrid};
 
 /// What a domain's contour integrals need of one edge, oriented towards +x or +y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Edge {
+pub struct Edge {
     /// Integral of `eta x n` along the edge: factor of gamma in the coefficients of omega.
-    pub(crate) tangent: [f32; 3],
+    pub tangent: [f32; 3],
     /// Integral of `n` along the edge: factor of gamma^2 / 2 in the coefficients of v.
-    pub(crate) normal: [f32; 3],
+    pub normal: [f32; 3],
 }
 
 /// The sampled sphere of a camera, single precision, row after row.
 #[derive(Clone, Debug)]
-pub(crate) struct SphereTable {
-    pub(crate) width: usize,
-    pub(crate) height: usize,
+pub struct SphereTable {
+    pub width: usize,
+    pub height: usize,
     /// Left and right border are the same.
-    pub(crate) wraps: bool,
+    pub wraps: bool,
     /// Rays for depths along the optical axis.
     optical: BlockRays,
     /// Rays for ranges along the ray.
     along_ray: BlockRays,
     /// `(x/z, y/z)` of the rays for depths along the optical axis.
-    pub(crate) plane: Vec<[f32; 2]>,
+    pub plane: Vec<[f32; 2]>,
     /// Solid angle of each block, steradian; NaN where the camera does not see all of it.
-    pub(crate) area: Vec<f32>,
+    pub area: Vec<f32>,
     /// Solid angle times the ray of the block's inverse range, component by component.
-    pub(crate) area_ray: [Vec<f32>; 3],
+    pub area_ray: [Vec<f32>; 3],
     /// Edge to the left of block `(x, y)` at `y * (width + 1) + x`.
-    pub(crate) left: Vec<Edge>,
+    pub left: Vec<Edge>,
     /// Edge above block `(x, y)` at `y * width + x`, with one more row at the bottom.
-    pub(crate) top: Vec<Edge>,
+    pub top: Vec<Edge>,
 }
 
 /// Where the mean of a block belongs. On a plane the inverse depth is linear in `eta / eta_z`, the
 /// inverse range in eta, so that the mean over the pixels of a block is the plane's value at the
 /// mean of these vectors, whatever the camera's distortion. NaN where a pixel has no such vector.
 #[derive(Clone, Debug)]
-pub(crate) struct BlockRays {
+pub struct BlockRays {
     /// Mean vector's direction.
-    pub(crate) direction: Vec<[f32; 3]>,
+    pub direction: Vec<[f32; 3]>,
     /// Mean vector's length: inverse range times it is the block's value.
-    pub(crate) length: Vec<f32>,
+    pub length: Vec<f32>,
 }
 
 impl SphereTable {
@@ -55,7 +55,7 @@ impl SphereTable {
     ///
     /// Thesis: section 6.2, the table of `(eta x n) dl` and `n dl` (there for a pinhole only), and
     /// section 6.3 (for one distortion); here for any camera.
-    pub(crate) fn new(camera: &Camera, block: usize) -> Result<Self> {
+    pub fn new(camera: &Camera, block: usize) -> Result<Self> {
         let grid = SphereGrid::new(&camera.binned(block)?)?;
         let size = (grid.width(), grid.height());
         let (width, height) = (grid.width(), grid.height());
@@ -98,7 +98,7 @@ impl SphereTable {
     }
 
     /// The rays that go with values along `axis`.
-    pub(crate) fn rays(&self, axis: Axis) -> &BlockRays {
+    pub fn rays(&self, axis: Axis) -> &BlockRays {
         match axis {
             Axis::Optical => &self.optical,
             Axis::Ray => &self.along_ray,

@@ -17,34 +17,29 @@ use sphereflow_sphere::Camera;
 const ROWS: usize = 16;
 
 /// Looks up a second image from the pose of the first.
-pub(crate) struct Warp<'a> {
+pub struct Warp<'a> {
     /// Camera of the averaged image.
-    pub(crate) camera: &'a Camera,
+    pub camera: &'a Camera,
     /// The same in single precision, where there is one.
-    pub(crate) plane: Option<&'a PlaneProjection>,
-    pub(crate) table: &'a SphereTable,
-    pub(crate) second: &'a InverseDepth,
+    pub plane: Option<&'a PlaneProjection>,
+    pub table: &'a SphereTable,
+    pub second: &'a InverseDepth,
     /// `first_from_second`, at the second's stamp.
-    pub(crate) motion: Pose,
+    pub motion: Pose,
     /// How the second image was read out.
-    pub(crate) shutter: RollingShutter,
+    pub shutter: RollingShutter,
     /// Largest spread of the four values of an interpolation, as a share of their mean.
-    pub(crate) max_jump: f32,
+    pub max_jump: f32,
     /// The first image's own range is the guess. Each step leaves an error of one order more in
     /// what is still wrong with the motion.
-    pub(crate) steps: usize,
+    pub steps: usize,
 }
 
 impl Warp<'_> {
     /// Fills `out` with the inverse depths of the second image on the rays of the first. Where
     /// `first` is unknown, or the second image does not show the ray's surface, it is NaN. `rows`
     /// is working memory.
-    pub(crate) fn fill(
-        &self,
-        first: &InverseDepth,
-        rows: &mut Vec<RowMotion>,
-        out: &mut InverseDepth,
-    ) {
+    pub fn fill(&self, first: &InverseDepth, rows: &mut Vec<RowMotion>, out: &mut InverseDepth) {
         let width = self.table.width;
         row_motion::fill(rows, &self.motion, &self.shutter, self.table.height);
         out.axis = first.axis;

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::binning::{BlockRule, InverseDepth};
+use crate::brightness::BrightnessPyramid;
 use crate::config::Config;
 use crate::depth_image::DepthImage;
 use crate::plane_projection::PlaneProjection;
@@ -20,10 +21,13 @@ pub(crate) struct Level {
     pub(crate) tiling: Tiling,
 }
 
-/// Inverse depths of one frame; the first level is the finest, each next one has blocks twice as
-/// wide.
+/// Inverse depths of one frame, averaged over blocks of pixels on several levels, each with blocks
+/// twice as wide as the one before: what [`crate::Aligner`] aligns. Filled by
+/// [`crate::Aligner::average`]; the default is empty. Equal settings and cameras make pyramids that
+/// may be aligned with each other.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct FramePyramid {
+pub struct FramePyramid {
+    /// The finest first.
     pub(crate) levels: Vec<InverseDepth>,
     /// Working memory.
     scratch: Vec<f32>,
@@ -44,7 +48,8 @@ pub(crate) struct LevelStack {
 
 impl FramePyramid {
     /// Without the finest level: a quarter of the memory, and hardly less accurate on real images.
-    pub(crate) fn coarse(&self) -> Self {
+    #[must_use]
+    pub fn coarse(&self) -> Self {
         let mut levels = self.levels.clone();
         if levels.len() > 1 {
             levels[0] = InverseDepth::default();
@@ -52,6 +57,19 @@ impl FramePyramid {
         Self {
             levels,
             scratch: Vec::new(),
+        }
+    }
+
+    /// Share of the blocks of the finest level known, 0 to 1; 0 without that level.
+    pub fn known_share(&self) -> f64 {
+        self.levels.first().map_or(0.0, InverseDepth::known_share)
+    }
+
+    /// True where both have the same finest level, unknown blocks included: the image repeated.
+    pub fn same_as(&self, other: &Self) -> bool {
+        match (self.levels.first(), other.levels.first()) {
+            (Some(own), Some(other)) => own.same_as(other),
+            (own, other) => own.is_none() && other.is_none(),
         }
     }
 }
@@ -70,7 +88,7 @@ impl LevelStack {
             let binned = match binned {
                 Ok(binned) if level == 0 || binned.height() >= MIN_COARSE_ROWS => binned,
                 Ok(_) => break,
-                Err(error) if level == 0 => return Err(error.into()),
+                Err(error) if level == 0 => return Err(error),
                 Err(_) => break,
             };
             let wanted = match level {
@@ -113,13 +131,34 @@ impl LevelStack {
         if image.size() != self.size {
             let (w, h) = image.size();
             let expected = format!("{width}x{height} pixels as the camera");
-            return Err(Error::shape(argument, expected, format!("{w}x{h} pixels")).into());
+            return Err(Error::shape(argument, expected, format!("{w}x{h} pixels")));
         }
         out.levels.resize_with(self.levels.len(), Default::default);
         out.levels[0].average(image, self.depth_per_range.as_deref(), self.rule);
-        self.coarsen(out);
+        self.coarsen(out, 0);
         self.cut_edges(out);
         Ok(())
+    }
+
+    /// The finest level of a frame; `None` where it is not of this camera and these settings.
+    pub(crate) fn finest_level(&self, frame: &FramePyramid) -> Option<usize> {
+        let finest = frame.levels.iter().position(|l| !l.values.is_empty())?;
+        let blocks = |level: &Level| level.table.width * level.table.height;
+        let sizes = frame.levels.iter().zip(&self.levels).skip(finest);
+        let fits = frame.levels.len() == self.levels.len()
+            && sizes
+                .into_iter()
+                .all(|(level, tables)| level.values.len() == blocks(tables));
+        fits.then_some(finest)
+    }
+
+    /// True where the brightness is of this camera and these settings.
+    pub(crate) fn fits(&self, brightness: &BrightnessPyramid) -> bool {
+        let sizes = brightness.levels.iter().map(Vec::len);
+        sizes.eq(self
+            .levels
+            .iter()
+            .map(|level| level.table.width * level.table.height))
     }
 
     /// On the finest of several levels, where the images are warped by a good estimate, domains do
@@ -136,15 +175,15 @@ impl LevelStack {
         }
     }
 
-    /// The coarser levels anew from the finest one.
-    pub(crate) fn coarsen(&self, out: &mut FramePyramid) {
-        let (finest, coarser) = out.levels.split_at_mut(1);
+    /// The levels coarser than `finest` anew from it.
+    pub(crate) fn coarsen(&self, out: &mut FramePyramid, finest: usize) {
+        let (finer, coarser) = out.levels.split_at_mut(finest + 1);
         for (k, level) in coarser.iter_mut().enumerate() {
             let rule = BlockRule {
                 block: 2 << k,
                 ..self.rule
             };
-            level.average_of(&finest[0], self.levels[0].table.width, rule);
+            level.average_of(&finer[finest], self.levels[finest].table.width, rule);
         }
     }
 }

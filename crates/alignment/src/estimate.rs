@@ -1,16 +1,14 @@
 //! The velocity between two depth images, with its covariance and status.
 
 use crate::Result;
-use crate::align::{Aligner, Alignment, Task};
-use crate::brightness::GreyPyramid;
+use crate::align::{Aligner, Alignment, MotionPrior, Priors};
+use crate::brightness::BrightnessPyramid;
 use crate::config::Config;
 use crate::depth_image::DepthImage;
-use crate::dissent::Dissent;
-use crate::motion::size_m;
 use crate::motion::{pose_from_twist, twist_from_pose};
 use crate::observability::WeakDirection;
 use crate::pyramid::FramePyramid;
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::Matrix6;
 use sphereflow_core::{Error, Plane, Pose, Reason, TrackStatus, Twist};
 use sphereflow_sphere::Camera;
 
@@ -130,12 +128,10 @@ pub fn estimate_velocity<'a>(
 /// Thesis: section 6.2
 #[derive(Clone, Debug)]
 pub struct VelocityEstimator {
-    camera: Camera,
-    config: Config,
     aligner: Aligner,
     first: FramePyramid,
     second: FramePyramid,
-    grey: [GreyPyramid; 2],
+    grey: [BrightnessPyramid; 2],
 }
 
 impl VelocityEstimator {
@@ -145,9 +141,7 @@ impl VelocityEstimator {
     /// Where a setting is out of range or the image is smaller than a block.
     pub fn new(camera: &Camera, config: Config) -> Result<Self> {
         Ok(Self {
-            aligner: Aligner::new(camera, &config)?,
-            camera: camera.clone(),
-            config,
+            aligner: Aligner::new(camera, config)?,
             first: FramePyramid::default(),
             second: FramePyramid::default(),
             grey: Default::default(),
@@ -156,12 +150,12 @@ impl VelocityEstimator {
 
     /// The settings.
     pub fn config(&self) -> &Config {
-        &self.config
+        self.aligner.config()
     }
 
     /// The camera.
     pub fn camera(&self) -> &Camera {
-        &self.camera
+        self.aligner.camera()
     }
 
     /// Velocity between two images `dt_s` seconds apart.
@@ -190,39 +184,40 @@ impl VelocityEstimator {
         also: &Also<'_>,
     ) -> Result<VelocityEstimate> {
         if !(dt_s.is_finite() && dt_s > 0.0) {
-            return Err(Error::value("dt_s", "a positive number of seconds", dt_s).into());
+            return Err(Error::value("dt_s", "a positive number of seconds", dt_s));
         }
         if let Some(prior) = &also.prior {
             check_prior(prior)?;
         }
-        let stack = &self.aligner.stack;
-        stack.average(&first.into(), "depth0", &mut self.first)?;
-        stack.average(&second.into(), "depth1", &mut self.second)?;
+        let aligner = &self.aligner;
+        aligner.average(&first.into(), "depth0", &mut self.first)?;
+        aligner.average(&second.into(), "depth1", &mut self.second)?;
         if let Some(images) = also.brightness {
-            let size = (self.camera.width(), self.camera.height());
-            let (block, levels) = (stack.finest_block, &stack.levels);
             let [first, second] = &mut self.grey;
-            first.fill(images.0, "image0", size, block, levels)?;
-            second.fill(images.1, "image1", size, block, levels)?;
+            aligner.average_brightness(images.0, "image0", first)?;
+            aligner.average_brightness(images.1, "image1", second)?;
         }
-        let known = also.prior.map(|p| {
-            let pose = pose_from_twist(&p.twist, dt_s);
-            (pose, p.information / (dt_s * dt_s))
+        let known = also.prior.map(|p| MotionPrior {
+            keyframe_from_frame: pose_from_twist(&p.twist, dt_s),
+            information: p.information / (dt_s * dt_s),
         });
-        let task = Task {
-            first: &self.first,
-            second: &self.second,
-            guess: known.map_or_else(Default::default, |(pose, _)| pose),
-            prior: known,
-            readout: None,
+        let priors = Priors {
+            motion: known,
             brightness: also.brightness.map(|_| (&self.grey[0], &self.grey[1])),
-            finest: 0,
             restart: true,
+            ..Priors::default()
         };
-        Ok(match self.aligner.align(&self.config, &task) {
-            Ok(alignment) => judge(&self.config, &alignment, dt_s),
-            Err((reason, known_share)) => VelocityEstimate::lost(reason, known_share),
-        })
+        let guess = known.map_or_else(Pose::default, |known| known.keyframe_from_frame);
+        let alignment = self
+            .aligner
+            .align(&self.first, &self.second, guess, &priors);
+        let motion = alignment.motion;
+        Ok(VelocityEstimate::of_alignment(
+            self.config(),
+            &alignment,
+            &motion,
+            dt_s,
+        ))
     }
 }
 
@@ -236,124 +231,55 @@ fn check_prior(prior: &VelocityPrior) -> Result<()> {
         return Ok(());
     }
     let expected = "finite velocities with a symmetric, positive information matrix";
-    Err(Error::value("prior", expected, format!("{prior:?}")).into())
+    Err(Error::value("prior", expected, format!("{prior:?}")))
 }
 
-/// From an alignment to the velocity between its images, with covariance and status.
-pub(crate) fn judge(config: &Config, alignment: &Alignment, dt_s: f64) -> VelocityEstimate {
-    judge_motion(config, alignment, &alignment.motion, dt_s)
-}
-
-/// The same for a motion that is the last part of the aligned one: from the frame before to this
-/// one, where the first image is a keyframe.
-pub(crate) fn judge_motion(
-    config: &Config,
-    alignment: &Alignment,
-    motion: &Pose,
-    dt_s: f64,
-) -> VelocityEstimate {
-    let solution = &alignment.solution;
-    let twist = twist_from_pose(motion, dt_s);
-    let status = status(config, alignment, &twist);
-    let has_twist = status.has_pose();
-    let formal = formal_covariance(config, alignment, dt_s);
-    VelocityEstimate {
-        status,
-        twist: has_twist.then_some(twist),
-        covariance: has_twist.then(|| {
-            let floor = covariance_floor(config, &twist, dt_s, solution.mean_range_m);
-            formal + floor + doubt(alignment, dt_s)
-        }),
-        score: solution.spectrum.score(),
-        weak_directions: solution.spectrum.weak_directions(
-            &formal,
-            config.weak_score,
-            solution.cut,
-        ),
-        known_share: alignment.known_share,
-        overlap: alignment.overlap,
-        flow_px: alignment.flow_px,
-        rejected_share: solution.rejected_share,
-        divided_share: alignment.dissent.share,
-        domains: solution.domains,
-        residual_scale: solution.scale,
-        mean_range_m: solution.mean_range_m,
-        iterations: (config.sweeps + 1) * alignment.solves,
-    }
-}
-
-/// Covariance of the velocity that the residuals show.
-pub(crate) fn formal_covariance(config: &Config, alignment: &Alignment, dt_s: f64) -> Matrix6<f64> {
-    let solution = &alignment.solution;
-    let variance = solution.variance * config.covariance.scale.powi(2);
-    let unseen = config.unobservable_std_m_s * dt_s;
-    solution
-        .spectrum
-        .covariance(&solution.normal, variance, solution.cut, unseen)
-        / (dt_s * dt_s)
-}
-
-/// Covariance of an aligned motion `[rotation, translation]`, radians and metres.
-pub(crate) fn keyframe_covariance(config: &Config, alignment: &Alignment) -> Matrix6<f64> {
-    let twist = twist_from_pose(&alignment.motion, 1.0);
-    let range_m = alignment.solution.mean_range_m;
-    formal_covariance(config, alignment, 1.0)
-        + covariance_floor(config, &twist, 1.0, range_m)
-        + doubt(alignment, 1.0)
-}
-
-/// Standard deviation by which each of two motions may be drawn aside, as a share of their distance.
-const DRAWN_ASIDE: f64 = 0.15;
-
-/// Where the scene moves as two, the motion sought may be either's: the part of a mixture's covariance
-/// that is due to their distance. Either is drawn aside by the domains of the other, in any direction.
-fn doubt(alignment: &Alignment, dt_s: f64) -> Matrix6<f64> {
-    let Dissent { share, step } = alignment.dissent;
-    let step = step / dt_s;
-    let range_m = alignment.solution.mean_range_m;
-    let aside = (DRAWN_ASIDE * size_m(&step, range_m)).powi(2);
-    share * (step * step.transpose() + of_metres(aside, range_m))
-}
-
-/// Covariance of `[omega, v]` with the same variance in all directions, m^2/s^2, where rotation counts
-/// at the mean range.
-fn of_metres(variance: f64, range_m: f64) -> Matrix6<f64> {
-    let angular = variance / (range_m * range_m);
-    Matrix6::from_diagonal(&Vector6::new(
-        angular, angular, angular, variance, variance, variance,
-    ))
-}
-
+/// The status of an alignment, once the velocity is known too.
 fn status(config: &Config, alignment: &Alignment, twist: &Twist) -> TrackStatus {
-    let solution = &alignment.solution;
     let (speed_m_s, rate_rad_s) = (twist.linear_m_s.norm(), twist.angular_rad_s.norm());
-    let score = solution.spectrum.score();
-    let unexplained = config.max_unexplained_share * alignment.scale_at_start;
-    let limit = unexplained.max(config.good_residual_scale);
-    if solution.scale > config.max_residual_scale.min(limit) {
-        TrackStatus::Lost(Reason::PoorFit {
-            scale: solution.scale,
-        })
-    } else if speed_m_s > config.max_speed_m_s || rate_rad_s > config.max_rate_rad_s {
-        TrackStatus::Lost(Reason::ImplausibleMotion {
+    let implausible = speed_m_s > config.max_speed_m_s || rate_rad_s > config.max_rate_rad_s;
+    match alignment.status {
+        TrackStatus::Lost(Reason::PoorFit { .. }) => alignment.status,
+        _ if implausible => TrackStatus::Lost(Reason::ImplausibleMotion {
             speed_m_s,
             rate_rad_s,
-        })
-    } else if !alignment.settled {
-        TrackStatus::Lost(Reason::NotConverged)
-    } else if alignment.dissent.share >= config.max_divided_share {
-        TrackStatus::Weak(Reason::Divided {
-            share: alignment.dissent.share,
-        })
-    } else if score < config.weak_score || solution.spectrum.rank(solution.cut) < 6 {
-        TrackStatus::Weak(Reason::Unobservable { score })
-    } else {
-        TrackStatus::Tracked
+        }),
+        _ => alignment.status,
     }
 }
 
 impl VelocityEstimate {
-    pub(crate) fn lost(reason: Reason, known_share: f64) -> Self {
+    /// The velocity that an alignment says, with covariance and status. `motion` is the last part of
+    /// the aligned one, `dt_s` seconds long: from the frame before to this one where the first image
+    /// is a keyframe, or all of it.
+    pub fn of_alignment(config: &Config, alignment: &Alignment, motion: &Pose, dt_s: f64) -> Self {
+        if let (TrackStatus::Lost(reason), None) = (&alignment.status, &alignment.covariance) {
+            return Self::lost(*reason, alignment.known_share);
+        }
+        let twist = twist_from_pose(motion, dt_s);
+        let status = status(config, alignment, &twist);
+        let has_twist = status.has_pose();
+        let covariance = alignment.velocity_covariance(config, &twist, dt_s);
+        Self {
+            status,
+            twist: has_twist.then_some(twist),
+            covariance: covariance.filter(|_| has_twist),
+            score: alignment.score,
+            weak_directions: alignment.weak_directions(config, dt_s),
+            known_share: alignment.known_share,
+            overlap: alignment.overlap,
+            flow_px: alignment.flow_px,
+            rejected_share: alignment.rejected_share,
+            divided_share: alignment.second_motion.share,
+            domains: alignment.domains,
+            residual_scale: alignment.residual_scale,
+            mean_range_m: alignment.mean_range_m,
+            iterations: (config.sweeps + 1) * alignment.solves,
+        }
+    }
+
+    /// Nothing was measured.
+    pub fn lost(reason: Reason, known_share: f64) -> Self {
         Self {
             status: TrackStatus::Lost(reason),
             twist: None,
@@ -371,12 +297,4 @@ impl VelocityEstimate {
             iterations: 0,
         }
     }
-}
-
-/// The part of the covariance that the residuals do not show: see [`crate::CovarianceModel`].
-fn covariance_floor(config: &Config, twist: &Twist, dt_s: f64, range_m: f64) -> Matrix6<f64> {
-    let model = &config.covariance;
-    let moved = size_m(&(twist.vector() * dt_s), range_m);
-    let linear = ((model.floor_m + model.motion_share * moved) / dt_s).powi(2);
-    of_metres(linear, range_m)
 }

@@ -11,20 +11,20 @@ const BEND_STRIDE: usize = 3;
 
 /// The inverse of depth or range over blocks of pixels, 1/m; NaN where unknown.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct InverseDepth {
-    pub(crate) values: Vec<f32>,
-    pub(crate) axis: Axis,
+pub struct InverseDepth {
+    pub values: Vec<f32>,
+    pub axis: Axis,
 }
 
 /// Which blocks count.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BlockRule {
+pub struct BlockRule {
     /// Side, pixels.
-    pub(crate) block: usize,
+    pub block: usize,
     /// Smallest share of known pixels.
-    pub(crate) known_share: f32,
+    pub known_share: f32,
     /// Largest spread over the mean.
-    pub(crate) max_spread: f32,
+    pub max_spread: f32,
 }
 
 impl InverseDepth {
@@ -34,7 +34,7 @@ impl InverseDepth {
     /// The inverse depth of a plane is linear in the pixels of an undistorted camera, so that its
     /// mean is exactly the value at the block's centre. Where `depth_per_range` is given, one number a
     /// pixel, depths are averaged as ranges.
-    pub(crate) fn average(
+    pub fn average(
         &mut self,
         image: &DepthImage<'_>,
         depth_per_range: Option<&[f32]>,
@@ -70,7 +70,7 @@ impl InverseDepth {
     /// Makes unknown what lies on an edge between surfaces: where the inverse depth bends by more
     /// than `max_bend`, 1/m, from one block to the next but one. On a plane it does not bend at all,
     /// however slanted it is. `scratch` is working memory.
-    pub(crate) fn cut_edges(&mut self, width: usize, max_bend: f32, scratch: &mut Vec<f32>) {
+    pub fn cut_edges(&mut self, width: usize, max_bend: f32, scratch: &mut Vec<f32>) {
         scratch.clone_from(&self.values);
         let old = &scratch[..];
         self.values
@@ -101,7 +101,7 @@ impl InverseDepth {
     /// Standard deviation of the bend from block to block along the rows, 1/m, from the size that
     /// four in five do not exceed: most of a scene is smooth, and of quantised depth the median
     /// bend is none at all.
-    pub(crate) fn bend_noise(&self, width: usize, scratch: &mut Vec<f32>) -> f32 {
+    pub fn bend_noise(&self, width: usize, scratch: &mut Vec<f32>) -> f32 {
         scratch.clear();
         for line in self.values.chunks(width).step_by(BEND_STRIDE) {
             let bends = line.windows(3).step_by(BEND_STRIDE);
@@ -117,7 +117,7 @@ impl InverseDepth {
     }
 
     /// Fills `self` with the averages of blocks of values of `fine`, which has `width` columns.
-    pub(crate) fn average_of(&mut self, fine: &Self, width: usize, rule: BlockRule) {
+    pub fn average_of(&mut self, fine: &Self, width: usize, rule: BlockRule) {
         let rows = fine.values.len() / width / rule.block;
         let columns = width / rule.block;
         self.axis = fine.axis;
@@ -135,13 +135,13 @@ impl InverseDepth {
     }
 
     /// Share of known values, 0 to 1.
-    pub(crate) fn known_share(&self) -> f64 {
+    pub fn known_share(&self) -> f64 {
         let known = self.values.iter().filter(|v| v.is_finite()).count();
         known as f64 / self.values.len().max(1) as f64
     }
 
     /// True where both hold the same numbers, unknown ones included.
-    pub(crate) fn same_as(&self, other: &Self) -> bool {
+    pub fn same_as(&self, other: &Self) -> bool {
         let same = |a: &f32, b: &f32| a == b || (a.is_nan() && b.is_nan());
         self.axis == other.axis
             && self.values.len() == other.values.len()

@@ -13,23 +13,25 @@ use crate::pyramid::Level;
 use crate::row_motion::{Rigid, RowMotion};
 use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 use rayon::prelude::*;
+use sphereflow_core::statistics::{mad_sigma_mut, median_mut};
 use sphereflow_core::{Error, Plane};
 
-/// Cauchy's constant and the normal distribution's sigma per median absolute deviation.
+/// Cauchy's constant in units of sigma: 95 % efficiency on normally distributed changes.
 const CAUCHY: f64 = 2.385;
-const SIGMA_PER_MAD: f64 = 1.4826;
 /// Smallest noise of a block's brightness, grey levels of 255: quantisation and motion blur.
 const LEAST_NOISE: f64 = 1.0;
 /// Rows of blocks summed together: fixed, so that the result does not depend on the threads.
 const CHUNK_ROWS: usize = 8;
 
-/// Mean brightness of the blocks of one image, 0 to 255, finest level first.
+/// Mean brightness of the blocks of one image, 0 to 255, on the levels of a
+/// [`crate::FramePyramid`]. Filled by [`crate::Aligner::average_brightness`]; the default is empty.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct GreyPyramid {
+pub struct BrightnessPyramid {
+    /// The finest first.
     pub(crate) levels: Vec<Vec<f32>>,
 }
 
-impl GreyPyramid {
+impl BrightnessPyramid {
     /// Averages an image over the blocks of all levels.
     ///
     /// # Errors
@@ -45,7 +47,7 @@ impl GreyPyramid {
         if image.size() != size {
             let expected = format!("{}x{} pixels as the camera", size.0, size.1);
             let found = format!("{}x{} pixels", image.width(), image.height());
-            return Err(Error::shape(argument, expected, found).into());
+            return Err(Error::shape(argument, expected, found));
         }
         self.levels.resize_with(levels.len(), Vec::new);
         for (k, (out, level)) in self.levels.iter_mut().zip(levels).enumerate() {
@@ -103,6 +105,8 @@ pub(crate) struct Images<'a> {
 pub(crate) struct Brightness {
     warped: Vec<f32>,
     sorted: Vec<f64>,
+    /// Of every [`CHUNK_ROWS`] rows.
+    parts: Vec<BrightnessTerm>,
 }
 
 impl Brightness {
@@ -120,10 +124,11 @@ impl Brightness {
             return BrightnessTerm::default();
         }
         let (width, height) = (level.table.width, level.table.height);
-        let starts: Vec<usize> = (1..height.saturating_sub(1)).step_by(CHUNK_ROWS).collect();
-        let parts: Vec<BrightnessTerm> = starts
-            .par_iter()
-            .map(|&start| {
+        let mut parts = std::mem::take(&mut self.parts);
+        (0..height.saturating_sub(2).div_ceil(CHUNK_ROWS))
+            .into_par_iter()
+            .map(|chunk| {
+                let start = 1 + chunk * CHUNK_ROWS;
                 let mut part = BrightnessTerm::default();
                 for y in start..(start + CHUNK_ROWS).min(height - 1) {
                     for x in 1..width - 1 {
@@ -139,13 +144,15 @@ impl Brightness {
                 }
                 part
             })
-            .collect();
-        parts
+            .collect_into_vec(&mut parts);
+        let sum = parts
             .iter()
             .fold(BrightnessTerm::default(), |sum, part| BrightnessTerm {
                 information: sum.information + part.information,
                 gradient: sum.gradient + part.gradient,
-            })
+            });
+        self.parts = parts;
+        sum
     }
 
     /// The second image's brightness on the rays of the first; NaN where not seen.
@@ -189,11 +196,11 @@ impl Brightness {
         if self.sorted.len() < 100 {
             return (f64::NAN, f64::NAN);
         }
-        let offset = median(&mut self.sorted);
+        let offset = median_mut(&mut self.sorted).unwrap_or(f64::NAN);
         for value in &mut self.sorted {
-            *value = (*value - offset).abs();
+            *value -= offset;
         }
-        let sigma = SIGMA_PER_MAD * median(&mut self.sorted);
+        let sigma = mad_sigma_mut(&mut self.sorted).unwrap_or(f64::NAN);
         (offset, sigma.max(LEAST_NOISE))
     }
 
@@ -266,11 +273,6 @@ fn bilinear(values: &[f32], width: usize, height: usize, pixel: &Vector2<f64>) -
     let top = values[i] + (values[i + 1] - values[i]) * u;
     let bottom = values[i + width] + (values[i + width + 1] - values[i + width]) * u;
     top + (bottom - top) * v
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]

@@ -7,14 +7,14 @@ use sphereflow_sphere::lie::se3;
 /// Rolling shutter: row `y` of `height` is exposed `((y + 1/2) / height - 1/2) * readout_s` after
 /// the stamp, while the camera moves with `twist`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct RollingShutter {
-    pub(crate) twist: Twist,
-    pub(crate) readout_s: f64,
+pub struct RollingShutter {
+    pub twist: Twist,
+    pub readout_s: f64,
 }
 
 impl RollingShutter {
     /// True where all rows see the same moment, or the camera is at rest.
-    pub(crate) fn is_global(&self) -> bool {
+    pub fn is_global(&self) -> bool {
         self.readout_s == 0.0 || self.twist == Twist::default()
     }
 
@@ -27,18 +27,18 @@ impl RollingShutter {
 
 /// The motion to one row of the second image and back, for arithmetic in single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RowMotion {
+pub struct RowMotion {
     /// `second_from_first`.
-    pub(crate) to: Rigid,
+    pub to: Rigid,
     /// `first_from_second`.
-    pub(crate) back: Rigid,
+    pub back: Rigid,
 }
 
 /// `x -> rotation x + translation`, rows first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Rigid {
-    pub(crate) rotation: [[f32; 3]; 3],
-    pub(crate) translation: [f32; 3],
+pub struct Rigid {
+    pub rotation: [[f32; 3]; 3],
+    pub translation: [f32; 3],
 }
 
 impl Rigid {
@@ -53,7 +53,7 @@ impl Rigid {
 
     /// Entry by entry, times a factor.
     #[inline(always)]
-    pub(crate) fn minus(&self, other: &Self, factor: f32) -> Self {
+    pub fn minus(&self, other: &Self, factor: f32) -> Self {
         let mut out = *self;
         for i in 0..3 {
             for j in 0..3 {
@@ -66,7 +66,7 @@ impl Rigid {
 
     /// `rotation v`.
     #[inline(always)]
-    pub(crate) fn turn(&self, v: [f32; 3]) -> [f32; 3] {
+    pub fn turn(&self, v: [f32; 3]) -> [f32; 3] {
         self.rotation
             .map(|r| r[0] * v[0] + r[1] * v[1] + r[2] * v[2])
     }
@@ -74,7 +74,7 @@ impl Rigid {
 
 /// Fills `rows` with the motion to every row of the second image of `height` rows: a single entry
 /// where all rows are exposed at once.
-pub(crate) fn fill(
+pub fn fill(
     rows: &mut Vec<RowMotion>,
     first_from_second: &Pose,
     shutter: &RollingShutter,

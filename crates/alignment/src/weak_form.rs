@@ -15,98 +15,26 @@
 //! G' = F'/D the coefficient of v is `oint G n + int (2G - F') eta`, which loses its second part
 //! for F = D^3. The noise of depth cameras is uniform in gamma, and far walls do not rule the sums.
 
-use crate::binning::InverseDepth;
-use crate::inside::Inside;
+use crate::area_integrals::AreaIntegrals;
+use crate::cell_sums::CellSums;
+use crate::pair::Pair;
 use crate::sphere_table::{Edge, SphereTable};
 use crate::tiling::Tiling;
 
-/// Inverse range of both images on the same rays, 1/m; NaN where either is unknown.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Pair {
-    /// Mean of the two.
-    pub(crate) mean: Vec<f32>,
-    /// Half of second minus first.
-    pub(crate) half: Vec<f32>,
-}
-
-impl Pair {
-    /// Inverse ranges from inverse depths, known in both images.
-    pub(crate) fn fill(
-        &mut self,
-        table: &SphereTable,
-        first: &InverseDepth,
-        second: &InverseDepth,
-    ) {
-        self.mean.resize(table.area.len(), f32::NAN);
-        self.half.resize(table.area.len(), f32::NAN);
-        pulp::Arch::new().dispatch(FillPair {
-            values: [&first.values, &second.values],
-            lengths: [first, second].map(|image| &table.rays(image.axis).length[..]),
-            area: &table.area,
-            pair: self,
-        });
-    }
-
-    /// Share of rays known in both images.
-    pub(crate) fn known_share(&self) -> f64 {
-        let known = self.mean.iter().filter(|v| v.is_finite()).count();
-        known as f64 / self.mean.len().max(1) as f64
-    }
-}
-
-/// A struct instead of a closure: only so is the body compiled for the processor at hand.
-struct FillPair<'a> {
-    values: [&'a [f32]; 2],
-    lengths: [&'a [f32]; 2],
-    area: &'a [f32],
-    pair: &'a mut Pair,
-}
-
-impl pulp::WithSimd for FillPair<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let [first, second] = self.values;
-        let [length0, length1] = self.lengths;
-        let lengths = length0.iter().zip(length1).zip(self.area);
-        let inputs = first.iter().zip(second).zip(lengths);
-        let outputs = self.pair.mean.iter_mut().zip(&mut self.pair.half);
-        for (((&a, &b), ((length0, length1), area)), (mean, half)) in inputs.zip(outputs) {
-            let seen = 0.0 * area; // NaN outside the camera's view
-            let (a, b) = (a / length0, b / length1);
-            *mean = 0.5 * (a + b) + seen;
-            *half = 0.5 * (b - a) + seen;
-        }
-    }
-}
-
-/// The sums of one domain.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct CellSums {
-    /// Integral of second minus first image.
-    pub(crate) change: f64,
-    /// Coefficients of `[omega, v]`.
-    pub(crate) coefficients: [f64; 6],
-    /// Solid angle of the known part.
-    pub(crate) area: f64,
-    /// Integral of gamma.
-    pub(crate) gamma: f64,
-    /// Known blocks.
-    pub(crate) count: u32,
-}
-
 /// The pass over the image.
-pub(crate) struct WeakForm<'a> {
-    pub(crate) table: &'a SphereTable,
-    pub(crate) tiling: &'a Tiling,
-    pub(crate) pair: &'a Pair,
+pub struct WeakForm<'a> {
+    /// The rays of the blocks.
+    pub table: &'a SphereTable,
+    /// The domains that they are summed over.
+    pub tiling: &'a Tiling,
+    /// Both images.
+    pub pair: &'a Pair,
     /// Relative difference between neighbours from which no line is drawn through them.
-    pub(crate) max_jump: f32,
+    pub max_jump: f32,
 }
 
 /// A struct instead of a closure: only so is the body compiled for the processor at hand.
-struct AddAll<'a>(&'a WeakForm<'a>, &'a mut [CellSums], &'a mut Inside);
+struct AddAll<'a>(&'a WeakForm<'a>, &'a mut [CellSums], &'a mut AreaIntegrals);
 
 impl pulp::WithSimd for AddAll<'_> {
     type Output = ();
@@ -122,18 +50,18 @@ impl WeakForm<'_> {
     /// and of gamma^2 (trapezoid rule in time). `inside` is working memory.
     ///
     /// Thesis: eq. (6.2), eq. (6.3), with gamma in the place of D^3.
-    pub(crate) fn accumulate(&self, sums: &mut Vec<CellSums>, inside: &mut Inside) {
+    pub fn accumulate(&self, sums: &mut Vec<CellSums>, inside: &mut AreaIntegrals) {
         sums.clear();
         sums.resize(self.tiling.cells, CellSums::default());
         pulp::Arch::new().dispatch(AddAll(self, sums, inside));
     }
 
     #[inline(always)]
-    fn add_all(&self, sums: &mut [CellSums], inside: &mut Inside) {
+    fn add_all(&self, sums: &mut [CellSums], inside: &mut AreaIntegrals) {
         let tiling = self.tiling;
         inside.start(self.table.width);
         for y in 0..self.table.height {
-            inside.add(self, y);
+            inside.add(self.pair, self.table, y);
             if tiling.row.get(y + 1) != Some(&tiling.row[y]) {
                 inside.finish(tiling, tiling.row[y], sums);
             }
@@ -251,7 +179,3 @@ impl WeakForm<'_> {
         }
     }
 }
-
-#[cfg(test)]
-#[path = "weak_form_reference.rs"]
-mod reference;

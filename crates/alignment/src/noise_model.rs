@@ -58,11 +58,11 @@ impl NoiseModel {
         };
         for (name, value) in [("noise.floor_m", floor_m), ("noise.share", share)] {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::value(name, "a number, not negative", value).into());
+                return Err(Error::value(name, "a number, not negative", value));
             }
         }
         if floor_m + share == 0.0 {
-            return Err(Error::value("noise", "some noise", "none").into());
+            return Err(Error::value("noise", "some noise", "none"));
         }
         Ok(())
     }

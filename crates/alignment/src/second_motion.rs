@@ -6,15 +6,16 @@
 //! follow another one, and how far it is from the one found.
 
 use crate::config::Config;
-use crate::robust::Row;
+use crate::rows::Row;
 use nalgebra::{Matrix6, Vector6};
+use sphereflow_core::statistics::mad_sigma_mut;
 
 /// Rounds of assignment and solve.
 const ROUNDS: usize = 6;
 /// Cauchy's constant in units of sigma.
 const CAUCHY: f64 = 2.385;
-/// The first guess of the second motion hears domains that the first leaves, but not the wildest:
-/// the border of an object jumps, it does not move.
+/// The second motion is initialised from the domains that the first rejects, except those with
+/// residuals far beyond this, in units of sigma, which come from the borders of objects.
 const WILD: f64 = 10.0;
 /// A domain follows the second motion where its squared residual, in units of sigma, is smaller by
 /// this much than with the first, and no outlier of it.
@@ -25,14 +26,14 @@ const RIDGE: f64 = 1e-4;
 /// Squared distance of the two motions in units of its covariance from which they are two.
 const SURPRISE: f64 = 8.0;
 
-/// A second motion.
+/// A second rigid motion, of a part of the domains.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Dissent {
+pub struct SecondMotion {
     /// Share of all domains that clearly follow it rather than the one found; 0 where there is none
     /// that noise and distortion would not feign.
-    pub(crate) share: f64,
+    pub share: f64,
     /// The step that leads to it: `[omega, v]`, radians and metres.
-    pub(crate) step: Vector6<f64>,
+    pub step: Vector6<f64>,
 }
 
 /// What was found, and at which accuracy that is meant.
@@ -48,12 +49,12 @@ pub(crate) struct Found {
 }
 
 /// Looks for a second motion; `sorted` is working memory.
-pub(crate) fn dissent(
+pub(crate) fn find(
     config: &Config,
     rows: &[Row],
     found: &Found,
     sorted: &mut Vec<f64>,
-) -> Dissent {
+) -> SecondMotion {
     let mut pair = TwoMotions {
         motions: [found.twist; 2],
         sigma: found.sigma.max(config.domain_noise),
@@ -67,9 +68,9 @@ pub(crate) fn dissent(
     }
     let followers = rows.iter().filter(|row| pair.follows_second(row)).count();
     if pair.surprise(config, found) < SURPRISE {
-        return Dissent::default();
+        return SecondMotion::default();
     }
-    Dissent {
+    SecondMotion {
         share: followers as f64 / rows.len() as f64,
         step: pair.motions[1] - found.twist,
     }
@@ -142,9 +143,7 @@ impl TwoMotions {
             let [a, b] = self.motions.map(|motion| row.residual(&motion).abs());
             a.min(b)
         }));
-        let middle = sorted.len() / 2;
-        let (_, median, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
-        crate::robust::SIGMA_PER_MAD * *median
+        mad_sigma_mut(sorted).unwrap_or(0.0)
     }
 
     /// Squared distance of the two motions in units of what noise and distortion may make it.

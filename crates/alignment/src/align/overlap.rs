@@ -6,14 +6,23 @@ use nalgebra::{Vector2, Vector3};
 use sphereflow_core::Pose;
 
 impl Aligner {
-    /// Share of the first image's surface within the second image, and the median displacement in
-    /// pixels of the full image, were the motion `first_from_second`.
-    pub(crate) fn overlap_and_flow(&mut self, first: &FramePyramid, motion: &Pose) -> (f64, f64) {
+    /// Share of the keyframe's surface within another frame's image, 0 to 1, and the median
+    /// displacement in pixels of the full image, were the motion `keyframe_from_frame`. Looked at on
+    /// the coarsest level; the frame's own image is not needed. Of a keyframe of another camera's
+    /// size, or one without depth: 0 and infinity.
+    pub fn overlap_and_flow(
+        &mut self,
+        keyframe: &FramePyramid,
+        keyframe_from_frame: &Pose,
+    ) -> (f64, f64) {
+        if self.stack.finest_level(keyframe).is_none() {
+            return (0.0, f64::INFINITY);
+        }
         let coarsest = self.coarsest;
-        let (tables, image) = (&self.stack.levels[coarsest], &first.levels[coarsest]);
+        let (tables, image) = (&self.stack.levels[coarsest], &keyframe.levels[coarsest]);
         let rays = tables.table.rays(image.axis);
         let block = (self.stack.finest_block << coarsest) as f64;
-        let second_from_first = motion.inverse();
+        let second_from_first = keyframe_from_frame.inverse();
         let (mut known, mut inside) = (0_usize, 0_usize);
         self.flows.clear();
         let width = tables.table.width;

@@ -1,17 +1,17 @@
 //! The robust solution of the domains' balances for one twist.
 
+use crate::cell_sums::CellSums;
 use crate::config::Config;
-use crate::dissent::{self, Dissent, Found};
 use crate::motion::size_m;
 use crate::observability::{Cut, Spectrum};
+use crate::rows::Row;
+use crate::second_motion::{self, Found, SecondMotion};
 use crate::tiling::Tiling;
-use crate::weak_form::CellSums;
 use nalgebra::{Matrix6, Vector6};
+use sphereflow_core::statistics::mad_sigma_mut;
 
 /// Cauchy's constant in units of the median absolute residual's sigma: 95 % efficiency.
 const CAUCHY: f64 = 2.385;
-/// Sigma of a normal distribution over its median absolute deviation.
-pub(crate) const SIGMA_PER_MAD: f64 = 1.4826;
 /// Smallest scale in units of the noise. On exact data the median residual is that of rounding on the
 /// largest plane; weights that sharp hold the solve at whatever it began with, in the directions that
 /// few domains determine.
@@ -41,21 +41,6 @@ const SAMPLES: usize = 60;
 const SAMPLE_ROWS: usize = 7;
 /// A sample determines less than all domains do.
 const SAMPLE_SCORE: f64 = 0.1;
-
-/// One domain: `change = coefficients . [omega, v]` of a small motion `[omega, v]` between the
-/// images (radians and metres), per unit of solid angle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Row {
-    pub(crate) change: f64,
-    pub(crate) coefficients: Vector6<f64>,
-}
-
-impl Row {
-    /// What `twist` leaves.
-    pub(crate) fn residual(&self, twist: &Vector6<f64>) -> f64 {
-        self.change - self.coefficients.dot(twist)
-    }
-}
 
 /// What is known of the motion apart from the images.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,19 +106,19 @@ pub(crate) struct RobustSolver {
 
 impl RobustSolver {
     /// A part that moves otherwise than the solution, in the rows taken last.
-    pub(crate) fn dissent(
+    pub(crate) fn second_motion(
         &mut self,
         config: &Config,
         solution: &Solution,
         moved_m: f64,
-    ) -> Dissent {
+    ) -> SecondMotion {
         let found = Found {
             twist: solution.twist,
             sigma: solution.scale * config.domain_noise,
             moved_m,
             range_m: self.mean_range_m,
         };
-        dissent::dissent(config, &self.rows, &found, &mut self.sorted)
+        second_motion::find(config, &self.rows, &found, &mut self.sorted)
     }
 
     /// Takes the usable domains; returns how many there are. Every domain weighs the same per
@@ -308,13 +293,8 @@ impl RobustSolver {
     fn scale(&mut self, twist: &Vector6<f64>) -> f64 {
         self.sorted.clear();
         self.sorted
-            .extend(self.rows.iter().map(|row| row.residual(twist).abs()));
-        let middle = self.sorted.len() / 2;
-        if self.sorted.is_empty() {
-            return 0.0;
-        }
-        let (_, median, _) = self.sorted.select_nth_unstable_by(middle, f64::total_cmp);
-        SIGMA_PER_MAD * *median
+            .extend(self.rows.iter().map(|row| row.residual(twist)));
+        mad_sigma_mut(&mut self.sorted).unwrap_or(0.0)
     }
 }
 

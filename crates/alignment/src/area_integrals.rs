@@ -1,20 +1,22 @@
 //! The area integrals of the weak form: summed down the columns of a row of domains first, where
 //! neighbours go side by side, and then across.
 
+use crate::cell_sums::CellSums;
+use crate::pair::Pair;
+use crate::sphere_table::SphereTable;
 use crate::tiling::Tiling;
-use crate::weak_form::{CellSums, WeakForm};
 
 /// Integrals over each column of blocks: change, area, gamma, and the three of the source.
 const SUMS: usize = 6;
 
-/// Working memory.
+/// Working memory of [`crate::weak_form::WeakForm::accumulate`]: one sum per column of blocks.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Inside {
+pub struct AreaIntegrals {
     columns: [Vec<f64>; SUMS],
     count: Vec<u32>,
 }
 
-impl Inside {
+impl AreaIntegrals {
     pub(crate) fn start(&mut self, width: usize) {
         for column in &mut self.columns {
             column.clear();
@@ -26,12 +28,12 @@ impl Inside {
 
     /// Adds row `y` of the blocks.
     #[inline(always)]
-    pub(crate) fn add(&mut self, form: &WeakForm<'_>, y: usize) {
+    pub(crate) fn add(&mut self, pair: &Pair, table: &SphereTable, y: usize) {
         let width = self.count.len();
         let row = y * width..(y + 1) * width;
-        let (mean, half) = (&form.pair.mean[row.clone()], &form.pair.half[row.clone()]);
-        let area = &form.table.area[row.clone()];
-        let [ax, ay, az] = form.table.area_ray.each_ref().map(|all| &all[row.clone()]);
+        let (mean, half) = (&pair.mean[row.clone()], &pair.half[row.clone()]);
+        let area = &table.area[row.clone()];
+        let [ax, ay, az] = table.area_ray.each_ref().map(|all| &all[row.clone()]);
         let [change, areas, gamma, vx, vy, vz] = self.columns.each_mut().map(|c| &mut c[..width]);
         let count = &mut self.count[..width];
         for x in 0..width {
@@ -49,7 +51,7 @@ impl Inside {
         }
     }
 
-    /// The columns' sums into those of a row of domains; the columns begin anew.
+    /// Adds the column sums to a row of domains and resets them.
     pub(crate) fn finish(&mut self, tiling: &Tiling, row: u32, sums: &mut [CellSums]) {
         for (x, column) in tiling.column.iter().enumerate() {
             let cell = &mut sums[(row + column) as usize];

@@ -2,13 +2,13 @@
 
 /// Rectangular cells; the domain of block `(x, y)` is `column[x] + row[y]`.
 #[derive(Clone, Debug)]
-pub(crate) struct Tiling {
-    pub(crate) column: Vec<u32>,
+pub struct Tiling {
+    pub column: Vec<u32>,
     /// Already multiplied by the number of columns of cells.
-    pub(crate) row: Vec<u32>,
-    pub(crate) cells: usize,
+    pub row: Vec<u32>,
+    pub cells: usize,
     /// Blocks in each cell.
-    pub(crate) full: Vec<u32>,
+    pub full: Vec<u32>,
 }
 
 /// A cell is at least this many blocks wide and high, so that it has an inside.
@@ -16,7 +16,7 @@ const MIN_SIDE: usize = 4;
 
 impl Tiling {
     /// About `wanted` cells over `width` x `height` blocks.
-    pub(crate) fn new(width: usize, height: usize, wanted: usize) -> Self {
+    pub fn new(width: usize, height: usize, wanted: usize) -> Self {
         let across = (wanted as f64 * width as f64 / height as f64).sqrt();
         let across = (across.round() as usize).clamp(1, (width / MIN_SIDE).max(1));
         let down = (wanted as f64 / across as f64).round() as usize;

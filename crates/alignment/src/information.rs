@@ -57,7 +57,7 @@ pub fn information<'a>(camera: &Camera, depth: impl Into<DepthImage<'a>>) -> Res
     if image.size() != (width, height) {
         let (w, h) = image.size();
         let expected = format!("{width}x{height} pixels as the camera");
-        return Err(Error::shape("depth", expected, format!("{w}x{h} pixels")).into());
+        return Err(Error::shape("depth", expected, format!("{w}x{h} pixels")));
     }
     let block = block_size(camera);
     let grid = SphereGrid::new(&camera.binned(block)?)?;

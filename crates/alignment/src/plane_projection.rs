@@ -6,7 +6,7 @@ use sphereflow_sphere::camera::{Bend, Model, Projection};
 /// A camera with an image plane: pinhole, or OpenCV's polynomial distortion. Other models go
 /// through the camera itself, which is exact and slower.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PlaneProjection {
+pub struct PlaneProjection {
     fx: f32,
     fy: f32,
     cx: f32,
@@ -24,7 +24,7 @@ pub(crate) struct PlaneProjection {
 
 impl PlaneProjection {
     /// `None` for a camera of another kind.
-    pub(crate) fn new(camera: &Camera) -> Option<Self> {
+    pub fn new(camera: &Camera) -> Option<Self> {
         let mut fast = Self {
             fx: 0.0,
             fy: 0.0,
@@ -69,7 +69,7 @@ impl PlaneProjection {
 
     /// Pixel of the point `(x, y, 1)`; NaN where the camera does not see it.
     #[inline(always)]
-    pub(crate) fn pixel(&self, x: f32, y: f32) -> (f32, f32) {
+    pub fn pixel(&self, x: f32, y: f32) -> (f32, f32) {
         let (mut m1, mut m2) = (x, y);
         if !self.straight {
             let s = x * x + y * y;

@@ -28,7 +28,7 @@ impl<'a> DepthImage<'a> {
         }
     }
 
-    pub(crate) fn axis(&self) -> Axis {
+    pub fn axis(&self) -> Axis {
         match self {
             Self::Depth(_) => Axis::Optical,
             Self::Range(_) => Axis::Ray,
@@ -50,7 +50,7 @@ impl<'a> From<&'a RangeMap> for DepthImage<'a> {
 
 /// Along what a distance was measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Axis {
+pub enum Axis {
     #[default]
     Optical,
     Ray,

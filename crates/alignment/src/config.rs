@@ -202,7 +202,7 @@ impl Config {
         ];
         for (name, value, low, high) in counts {
             if !(low..=high).contains(&value) {
-                return Err(Error::value(name, format!("{low} to {high}"), value).into());
+                return Err(Error::value(name, format!("{low} to {high}"), value));
             }
         }
         let shares = [
@@ -219,7 +219,7 @@ impl Config {
         ];
         for (name, value) in shares {
             if !(0.0..=1.0).contains(&value) {
-                return Err(Error::value(name, "0 to 1", value).into());
+                return Err(Error::value(name, "0 to 1", value));
             }
         }
         let positive = [
@@ -235,17 +235,21 @@ impl Config {
         ];
         for (name, value) in positive {
             if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number", value).into());
+                return Err(Error::value(name, "a positive number", value));
             }
         }
         self.noise.validate()?;
         if self.max_std_m.is_nan() || self.max_std_m <= 0.0 {
             let expected = "a positive number of metres, or infinity";
-            return Err(Error::value("max_std_m", expected, self.max_std_m).into());
+            return Err(Error::value("max_std_m", expected, self.max_std_m));
         }
         let floor = self.covariance.floor_m;
         if !(floor.is_finite() && floor >= 0.0) {
-            return Err(Error::value("covariance.floor_m", "metres, not negative", floor).into());
+            return Err(Error::value(
+                "covariance.floor_m",
+                "metres, not negative",
+                floor,
+            ));
         }
         Ok(())
     }
