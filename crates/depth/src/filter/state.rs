@@ -26,7 +26,7 @@ pub(super) fn fresh(zeta: f32, weak: bool) -> Node {
     [zeta, 0.0, information, variance]
 }
 
-/// The zeta of a node, or of one that has none that of something far away: a kilometre.
+/// The zeta of a node; where it has none, that of something a kilometre away.
 pub(super) fn known(zeta: f32) -> f32 {
     if zeta > 0.0 { zeta } else { 1e-3 }
 }
