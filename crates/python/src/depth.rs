@@ -8,7 +8,7 @@ use crate::trajectory::{pose_from, pose_matrix};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use sphereflow_core::{Plane, Stamp, Twist};
-use sphereflow_flow::{
+use sphereflow_depth::{
     Brightness, DepthFilter, DepthFilterConfig, DepthStatus, PoseNoise, VelocityNoise,
 };
 

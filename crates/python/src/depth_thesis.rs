@@ -3,10 +3,11 @@
 use crate::camera::PyCamera;
 use crate::depth::{PyDepthResult, twist};
 use crate::errors::IntoPython;
-use crate::flow::{flow_from, grey, plane_array, positive};
+use crate::flow::{flow_from, grey, plane_array};
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use sphereflow_flow::{
+use sphereflow_core::checks::positive;
+use sphereflow_depth::{
     DataTerm, DepthObserver, FlowObserver, ObserverConfig, PixelRays, SobolevConfig, SobolevDepth,
     TvDepth, TvDepthConfig, VariationalDepth,
 };
@@ -250,7 +251,7 @@ pub fn py_tv_l1_depth(
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
     let twist = twist(v_m_s, omega_rad_s)?;
     let start = start.map(|start| grey(start, "start")).transpose()?;
-    positive(weight, "weight")?;
+    positive("weight", weight).into_python()?;
     let config = TvDepthConfig {
         lambda: weight,
         iterations,

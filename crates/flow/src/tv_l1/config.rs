@@ -1,7 +1,7 @@
 //! Settings of the TV-L1 flow, and which of them follow the images' noise.
 
-use crate::Result;
-use crate::error::{Error, positive};
+use crate::{Error, Result};
+use sphereflow_core::checks::positive;
 
 /// Settings of [`TvL1Flow`].
 #[derive(Clone, Copy, Debug, PartialEq)]
