@@ -172,7 +172,8 @@ impl Engine {
         let is_keyframe = !result.keyframes.is_empty();
         self.back.absorb(&frame, &mut result)?;
         let update = self.update(&result, is_keyframe);
-        self.report.note(update.stamp, &update.status, update.segment);
+        self.report
+            .note(update.stamp, &update.status, update.segment);
         self.report.keyframes = self.front.odometry().keyframe_count();
         if update.status.has_pose() {
             self.causal.push(update.stamp, update.world_from_camera)?;

@@ -33,6 +33,7 @@ impl Front {
         };
         let config = OdometryConfig {
             readout_s: calibration.readout_s.unwrap_or(config.readout_s),
+            emit_keyframes: true,
             ..config
         };
         let field = calibration.depth_field.filter(|field| !field.is_identity());
@@ -73,8 +74,18 @@ impl Front {
     /// A core shape error where an image is not of the camera's size.
     pub fn prepared(&self, frame: &mut RgbdFrame) -> Result<()> {
         if let Some(mask) = frame.mask.take() {
-            frame.depth = frame.depth.take().map(|d| masked(d.into_plane(), &mask)).transpose()?.map(DepthMap::new);
-            frame.range = frame.range.take().map(|r| masked(r.into_plane(), &mask)).transpose()?.map(RangeMap::new);
+            frame.depth = frame
+                .depth
+                .take()
+                .map(|d| masked(d.into_plane(), &mask))
+                .transpose()?
+                .map(DepthMap::new);
+            frame.range = frame
+                .range
+                .take()
+                .map(|r| masked(r.into_plane(), &mask))
+                .transpose()?
+                .map(RangeMap::new);
         }
         if let (Some(corrector), Some(depth)) = (&self.corrector, frame.depth.take()) {
             frame.depth = Some(corrector.apply(depth)?);

@@ -65,14 +65,19 @@ impl Report {
 
     pub(crate) fn note(&mut self, stamp: Stamp, status: &TrackStatus, segment: u32) {
         self.frames += 1;
-        let left_out = matches!(status, TrackStatus::Skipped(reason) if *reason != Reason::DuplicateFrame);
+        let left_out =
+            matches!(status, TrackStatus::Skipped(reason) if *reason != Reason::DuplicateFrame);
         self.left_out += usize::from(left_out);
         if !status.has_pose() {
             return;
         }
         self.with_pose += 1;
         self.weak += usize::from(matches!(status, TrackStatus::Weak(_)));
-        match self.segments.last_mut().filter(|last| last.index == segment) {
+        match self
+            .segments
+            .last_mut()
+            .filter(|last| last.index == segment)
+        {
             Some(last) => {
                 last.last = stamp;
                 last.frames += 1;

@@ -83,7 +83,11 @@ fn down_in_camera(
         ));
     }
     let mean = forces.iter().sum::<Vector3<f64>>() / count as f64;
-    let spread = forces.iter().map(|f| (f - mean).norm_squared()).sum::<f64>() / count as f64;
+    let spread = forces
+        .iter()
+        .map(|f| (f - mean).norm_squared())
+        .sum::<f64>()
+        / count as f64;
     if !GRAVITY_M_S2.contains(&mean.norm()) || spread.sqrt() > CALM_M_S2 {
         return Err(format!(
             "the accelerometer reads {:.2} m/s^2 with a deviation of {:.2} before the first frame: \
@@ -120,11 +124,7 @@ mod tests {
         );
         // world from camera is `tilt`: up, seen by the sensor
         let up = camera_from_imu.rotation.inverse() * (tilt.inverse() * -Vector3::y());
-        let (world, pose) = found(
-            WorldChoice::Auto,
-            Some(&camera_from_imu),
-            &readings(up, 40),
-        );
+        let (world, pose) = found(WorldChoice::Auto, Some(&camera_from_imu), &readings(up, 40));
         assert_eq!(world, World::GravityAligned);
         let down = pose.rotation * (tilt.inverse() * Vector3::y());
         assert!((down - Vector3::y()).norm() < 1e-12, "{down}");

@@ -4,19 +4,14 @@
 //! the sphere of rays, so any central camera will do. Twists are `[omega, v]` in the camera's own
 //! frame (x right, y down, z forward).
 
-mod graph;
 mod keyframe;
 mod odometry;
-mod optimise;
-mod pose_graph;
 mod range_flow;
 mod self_calibration;
 pub mod thesis;
 
-pub use graph::GraphConfig;
-pub use keyframe::{KeyframeMotion, KeyframePolicy};
+pub use keyframe::{KeyframeEvent, KeyframeMotion, KeyframePolicy};
 pub use odometry::{DepthOdometry, Gyro, OdometryConfig, OdometryResult, Timings};
-pub use optimise::OptimiseReport;
 pub use range_flow::{RangeFlow, RangeFlowConfig};
 pub use self_calibration::{
     CalibratedParameter, CalibrationStatus, HeldCombination, SelfCalibration,

@@ -224,7 +224,11 @@ impl View<'_> {
         }
         if self.max_range_m.is_nan() || self.max_range_m <= 0.0 {
             let found = self.max_range_m;
-            return Err(Error::value("max_range_m", "a positive number of metres", found));
+            return Err(Error::value(
+                "max_range_m",
+                "a positive number of metres",
+                found,
+            ));
         }
         Ok(())
     }

@@ -76,7 +76,8 @@ impl KeyframeClouds {
     ) -> Result<usize> {
         let config = self.config;
         while self.pieces.len() <= keyframe {
-            self.pieces.push(VoxelCloud::new(config.voxel_m, config.max_points)?);
+            self.pieces
+                .push(VoxelCloud::new(config.voxel_m, config.max_points)?);
         }
         let (piece, pose) = (&mut self.pieces[keyframe], keyframe_from_camera);
         let (stride, limit_m) = (config.stride, config.max_range_m);

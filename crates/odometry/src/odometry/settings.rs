@@ -1,7 +1,6 @@
 //! The settings of the odometry.
 
 use crate::Result;
-use crate::graph::GraphConfig;
 use crate::keyframe::KeyframePolicy;
 use sphereflow_alignment::Config;
 use sphereflow_core::Error;
@@ -16,8 +15,9 @@ pub struct OdometryConfig {
     /// Rolling shutter: time between the exposures of the first and the last row, seconds; the
     /// stamp is that of the middle row. 0: all rows at once. Negative: the last row comes first.
     pub readout_s: f64,
-    /// Which pairs of keyframes [`DepthOdometry::optimise`] compares.
-    pub graph: GraphConfig,
+    /// True where [`super::OdometryResult::keyframes`] is wanted: a map that keeps keyframes. Costs a
+    /// copy of the image without its finest level a keyframe.
+    pub emit_keyframes: bool,
 }
 
 impl OdometryConfig {

@@ -3,9 +3,8 @@
 use super::Keyframe;
 use nalgebra::Matrix6;
 use sphereflow_core::{Error, Pose, Result};
-use sphereflow_solver::{
-    EdgeKind, GraphSummary, LoopSwitch, Options, PoseGraph, StopFlag, StopReason,
-};
+use sphereflow_solver::graph::{EdgeKind, GraphSummary, LoopSwitch, PoseGraph};
+use sphereflow_solver::{Options, StopFlag, StopReason};
 use sphereflow_sphere::lie::se3;
 
 /// Cauchy's constant, in standard deviations of an edge: a measurement that is off by this counts
@@ -94,7 +93,10 @@ pub(super) fn solve(keyframes: &[Keyframe], edges: &[Edge], stop: &StopFlag) -> 
     })
 }
 
-fn graph_of(keyframes: &[Keyframe], edges: &[Edge]) -> sphereflow_solver::Result<PoseGraph<Pose, 6>> {
+fn graph_of(
+    keyframes: &[Keyframe],
+    edges: &[Edge],
+) -> sphereflow_solver::Result<PoseGraph<Pose, 6>> {
     let mut graph = PoseGraph::new();
     for keyframe in keyframes {
         graph.add_node(keyframe.world_from_keyframe)?;
