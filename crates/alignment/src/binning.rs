@@ -12,7 +12,9 @@ const BEND_STRIDE: usize = 3;
 /// The inverse of depth or range over blocks of pixels, 1/m; NaN where unknown.
 #[derive(Clone, Debug, Default)]
 pub struct InverseDepth {
+    /// 1/m, row after row; NaN where unknown.
     pub values: Vec<f32>,
+    /// Of which distance they are the inverse.
     pub axis: Axis,
 }
 

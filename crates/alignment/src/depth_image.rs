@@ -28,6 +28,7 @@ impl<'a> DepthImage<'a> {
         }
     }
 
+    /// Along what the distances are.
     pub fn axis(&self) -> Axis {
         match self {
             Self::Depth(_) => Axis::Optical,
@@ -51,7 +52,9 @@ impl<'a> From<&'a RangeMap> for DepthImage<'a> {
 /// Along what a distance was measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Axis {
+    /// Depth, along the optical axis.
     #[default]
     Optical,
+    /// Range, along the pixel's ray.
     Ray,
 }

@@ -85,6 +85,7 @@ impl Spectrum {
         }
     }
 
+    /// Of the normal matrix of a solve, rotations scaled by the scene's mean range, metres.
     pub fn new(normal: &Matrix6<f64>, range_m: f64) -> Self {
         let unscale = diagonal(1.0 / range_m);
         let eigen = SymmetricEigen::new(unscale * normal * unscale);

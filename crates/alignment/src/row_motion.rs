@@ -8,7 +8,9 @@ use sphereflow_sphere::lie::se3;
 /// the stamp, while the camera moves with `twist`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RollingShutter {
+    /// Velocity of the camera during the exposure, its own frame.
     pub twist: Twist,
+    /// Time between the exposures of the first and the last row, seconds; negative: the last first.
     pub readout_s: f64,
 }
 
@@ -37,7 +39,9 @@ pub struct RowMotion {
 /// `x -> rotation x + translation`, rows first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rigid {
+    /// Rows of the matrix.
     pub rotation: [[f32; 3]; 3],
+    /// Metres.
     pub translation: [f32; 3],
 }
 

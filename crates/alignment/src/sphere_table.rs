@@ -17,7 +17,9 @@ pub struct Edge {
 /// The sampled sphere of a camera, single precision, row after row.
 #[derive(Clone, Debug)]
 pub struct SphereTable {
+    /// Blocks a row.
     pub width: usize,
+    /// Rows of blocks.
     pub height: usize,
     /// Left and right border are the same.
     pub wraps: bool,

@@ -3,9 +3,11 @@
 /// Rectangular cells; the domain of block `(x, y)` is `column[x] + row[y]`.
 #[derive(Clone, Debug)]
 pub struct Tiling {
+    /// Column of cells of each column of blocks.
     pub column: Vec<u32>,
     /// Already multiplied by the number of columns of cells.
     pub row: Vec<u32>,
+    /// Number of cells.
     pub cells: usize,
     /// Blocks in each cell.
     pub full: Vec<u32>,

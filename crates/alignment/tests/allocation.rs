@@ -4,7 +4,7 @@
 mod scene;
 
 use scene::{DT_S, Scene, pinhole, somewhere, twist};
-use sphereflow_odometry::{Config, Method, VelocityEstimator, pose_from_twist};
+use sphereflow_alignment::{Config, Method, VelocityEstimator, pose_from_twist};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 

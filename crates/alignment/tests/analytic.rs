@@ -5,8 +5,8 @@ mod scene;
 
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use scene::{DT_S, Scene, measure, pinhole, somewhere, twist};
+use sphereflow_alignment::{Config, Method, VelocityEstimate, VelocityEstimator, twist_from_pose};
 use sphereflow_core::{Pose, TrackStatus, Twist};
-use sphereflow_odometry::{Config, Method, VelocityEstimate, VelocityEstimator, twist_from_pose};
 use sphereflow_sphere::Camera;
 
 /// What exact depth at 30 Hz must give, m/s and rad/s: the acceptance figure of the method.

@@ -5,8 +5,8 @@ mod scene;
 
 use nalgebra::Vector3;
 use scene::{Scene, somewhere, twist};
+use sphereflow_alignment::pose_from_twist;
 use sphereflow_core::Twist;
-use sphereflow_odometry::pose_from_twist;
 use sphereflow_sphere::{Camera, Edge, SphereGrid};
 
 /// The mid-point rule on pixels of 0.7 degrees, relative to the largest term.

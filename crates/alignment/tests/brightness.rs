@@ -10,10 +10,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use scene::{DT_S, Scene, pinhole, somewhere, twist, two_poses};
+use sphereflow_alignment::{Also, Config, VelocityEstimate, VelocityEstimator, twist_from_pose};
 use sphereflow_core::{DepthMap, Plane, Pose, TrackStatus, Twist};
-use sphereflow_odometry::{
-    Also, Config, Error, VelocityEstimate, VelocityEstimator, twist_from_pose,
-};
 use sphereflow_sim::noise::{DepthNoise, IndependentNoise};
 use sphereflow_sim::{Motion, Renderer};
 
@@ -63,7 +61,7 @@ fn try_estimate(
     frames: &[Frame; 2],
     with: bool,
     config: &Config,
-) -> Result<VelocityEstimate, Error> {
+) -> sphereflow_core::Result<VelocityEstimate> {
     let also = Also {
         brightness: with.then_some((&frames[0].grey, &frames[1].grey)),
         ..Also::default()

@@ -7,8 +7,8 @@ mod scene;
 
 use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 use scene::{pinhole, somewhere, twist};
+use sphereflow_alignment::{Information, direction_name, information, pose_from_twist};
 use sphereflow_core::{DepthMap, Plane, Pose, RangeMap};
-use sphereflow_odometry::{Information, direction_name, information, pose_from_twist};
 use sphereflow_sphere::Camera;
 
 /// Sine of the largest angle between what is unseen and what was predicted.

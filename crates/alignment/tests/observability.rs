@@ -8,10 +8,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use scene::{DT_S, Scene, measure, pinhole, somewhere, twist, two_poses};
-use sphereflow_core::{DepthMap, Reason, TrackStatus, Twist};
-use sphereflow_odometry::{
+use sphereflow_alignment::{
     Config, CovarianceModel, VelocityEstimate, WeakDirection, estimate_velocity, pose_from_twist,
 };
+use sphereflow_core::{DepthMap, Reason, TrackStatus, Twist};
 use sphereflow_sphere::Camera;
 
 /// Directions of exact scenes, as shares of a unit vector: one degree.

@@ -8,11 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use scene::{DT_S, Scene, pinhole, somewhere, twist, two_poses};
-use sphereflow_core::{DepthMap, Stamp, TrackStatus, Twist};
-use sphereflow_odometry::{
-    Also, Config, DepthOdometry, Error, Gyro, OdometryConfig, VelocityEstimate, VelocityEstimator,
-    VelocityPrior, pose_from_twist,
-};
+use sphereflow_alignment::{Also, Config, VelocityEstimate, VelocityEstimator, VelocityPrior};
+use sphereflow_core::{DepthMap, TrackStatus, Twist};
 
 /// Noise of the inverse depth of each pixel, 1/m.
 const NOISE: f64 = 3e-3;
@@ -42,7 +39,7 @@ fn estimate(images: &[DepthMap; 2], prior: Option<VelocityPrior>) -> VelocityEst
 fn try_estimate(
     images: &[DepthMap; 2],
     prior: Option<VelocityPrior>,
-) -> Result<VelocityEstimate, Error> {
+) -> sphereflow_core::Result<VelocityEstimate> {
     let also = Also {
         prior,
         ..Also::default()
@@ -51,11 +48,12 @@ fn try_estimate(
         .estimate_with(&images[0], &images[1], DT_S, &also)
 }
 
-fn gyro(std_rad_s: f64) -> Gyro {
-    Gyro {
-        rate_rad_s: motion().angular_rad_s,
-        std_rad_s,
-    }
+/// A rotation held fixed: small beside what images can tell, and far from rounding errors, rad/s.
+const FIXED_STD: f64 = 1e-5;
+
+/// A right gyroscope; 0 holds the rotation fixed.
+fn gyro(std_rad_s: f64) -> VelocityPrior {
+    VelocityPrior::of_gyro(motion().angular_rad_s, std_rad_s.max(FIXED_STD))
 }
 
 /// Errors of omega and v.
@@ -77,7 +75,7 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 fn gyro_as_prior_and_fixed_leaves_exact_depth_exact() {
     let exact = images(&Scene::room(), 0);
     for std_rad_s in [3e-3, 0.0] {
-        let found = estimate(&exact, Some(gyro(std_rad_s).prior()));
+        let found = estimate(&exact, Some(gyro(std_rad_s)));
         let (w, v) = errors(&found);
         assert_eq!(found.status, TrackStatus::Tracked);
         assert!(w < EXACT && v < EXACT, "{std_rad_s}: {w} {v}");
@@ -86,13 +84,10 @@ fn gyro_as_prior_and_fixed_leaves_exact_depth_exact() {
 
 #[test]
 fn gyro_held_fixed_is_the_rotation_found_even_where_it_is_wrong() {
-    let wrong = Gyro {
-        rate_rad_s: motion().angular_rad_s + Vector3::new(0.02, 0.0, -0.01),
-        std_rad_s: 0.0,
-    };
-    let found = estimate(&images(&Scene::room(), 0), Some(wrong.prior()));
-    let apart = (found.twist.unwrap().angular_rad_s - wrong.rate_rad_s).norm();
-    // 1e-5 rad/s stand for none
+    let rate = motion().angular_rad_s + Vector3::new(0.02, 0.0, -0.01);
+    let wrong = VelocityPrior::of_gyro(rate, FIXED_STD);
+    let found = estimate(&images(&Scene::room(), 0), Some(wrong));
+    let apart = (found.twist.unwrap().angular_rad_s - rate).norm();
     assert!(apart < 1e-4, "{apart}");
 }
 
@@ -109,11 +104,7 @@ fn gyro_on_noisy_depth_halves_the_errors() {
             rms(found.iter().map(|e| e.1)),
         )
     };
-    let (without, with, fixed) = (
-        all(None),
-        all(Some(gyro(1e-3).prior())),
-        all(Some(gyro(0.0).prior())),
-    );
+    let (without, with, fixed) = (all(None), all(Some(gyro(1e-3))), all(Some(gyro(0.0))));
     println!("rad/s, m/s: without gyro {without:?}, 1e-3 rad/s {with:?}, fixed {fixed:?}");
     assert!(with.0 < 0.5 * without.0 && fixed.0 < 1e-4);
     assert!(with.1 < 0.8 * without.1 && fixed.1 < 0.8 * without.1);
@@ -133,7 +124,7 @@ fn velocity_prior_of_little_weight_does_not_bias() {
 fn priors_before_a_wall_fill_what_it_hides() {
     let wall = Scene::wall(Vector3::new(0.2, 0.1, 1.0), 2.5);
     for seed in [0, 1] {
-        let known = gyro(1e-3).prior().and_linear(motion().linear_m_s, 0.01);
+        let known = gyro(1e-3).and_linear(motion().linear_m_s, 0.01);
         let found = estimate(&images(&wall, seed), Some(known));
         let (w, v) = errors(&found);
         println!(
@@ -161,7 +152,7 @@ fn velocity_prior_is_what_noise_leaves_open() {
 #[test]
 fn prior_that_is_no_information_is_an_error_that_names_it() {
     let exact = images(&Scene::room(), 0);
-    let good = gyro(1e-3).prior();
+    let good = gyro(1e-3);
     let mut bad = [good; 5];
     bad[0].information[(1, 1)] = f64::NAN;
     bad[1].information[(0, 3)] = 1e6; // not symmetric
@@ -171,85 +162,5 @@ fn prior_that_is_no_information_is_an_error_that_names_it() {
     for prior in bad {
         let error = try_estimate(&exact, Some(prior)).unwrap_err().to_string();
         assert!(error.starts_with("prior"), "{error}");
-    }
-}
-
-#[test]
-fn gyro_that_is_not_finite_is_an_error_and_changes_nothing() {
-    let mut odometry = DepthOdometry::new(&pinhole(), OdometryConfig::default()).unwrap();
-    let exact = images(&Scene::room(), 0);
-    odometry.push(&exact[0], Stamp::from_ns(0)).unwrap();
-    let stamp = Stamp::from_ns((DT_S * 1e9) as i64);
-    for (rate, std_rad_s) in [
-        (f64::NAN, 1e-3),
-        (0.1, -1.0),
-        (0.1, f64::NAN),
-        (f64::INFINITY, 0.0),
-    ] {
-        let gyro = Gyro {
-            rate_rad_s: Vector3::repeat(rate),
-            std_rad_s,
-        };
-        let error = odometry
-            .push_with_gyro(&exact[1], stamp, Some(gyro))
-            .unwrap_err();
-        assert!(error.to_string().starts_with("gyro"), "{error}");
-    }
-    let next = odometry.push(&exact[1], stamp).unwrap();
-    assert_eq!(next.status, TrackStatus::Tracked);
-}
-
-/// Thesis: Theorem 3: the turn about a wall's normal goes unseen; the gyroscope sees it.
-#[test]
-fn odometry_before_a_wall_follows_the_turn_about_its_normal_by_gyro() {
-    const FRAMES: i64 = 20;
-    const FRAME_NS: i64 = 33_333_333;
-    let wall = Scene::wall(Vector3::z(), 2.5);
-    let turning = twist([0.0, 0.0, 0.5, 0.0, 0.0, 0.1]);
-    let pose = |i: i64| pose_from_twist(&turning, (i * FRAME_NS) as f64 * 1e-9);
-    for with in [true, false] {
-        let mut odometry = DepthOdometry::new(&pinhole(), OdometryConfig::default()).unwrap();
-        let mut last = None;
-        for i in 0..FRAMES {
-            let gyro = Gyro {
-                rate_rad_s: turning.angular_rad_s,
-                std_rad_s: 1e-3,
-            };
-            let depth = wall.depths(&pinhole(), &pose(i));
-            let stamp = Stamp::from_ns(i * FRAME_NS);
-            let found = odometry
-                .push_with_gyro(&depth, stamp, with.then_some(gyro))
-                .unwrap();
-            if i > 0 {
-                assert!(
-                    matches!(found.status, TrackStatus::Weak(_)),
-                    "{}",
-                    found.status
-                );
-            }
-            last = Some(found);
-        }
-        let last = last.unwrap();
-        let angle = last
-            .world_from_camera
-            .rotation
-            .angle_to(&pose(FRAMES - 1).rotation);
-        let std = last.covariance.unwrap()[(2, 2)].sqrt();
-        let names: Vec<String> = last
-            .estimate
-            .iter()
-            .flat_map(|e| e.weak_directions.iter().map(|d| d.to_string()))
-            .collect();
-        println!("gyro {with}: angle missed {angle:.5} rad, claimed {std:.4} rad/s, {names:?}");
-        let turn_unseen = names
-            .iter()
-            .any(|name| name.starts_with("rotation") && name.contains("not estimated"));
-        if with {
-            // 1e-3 rad/s over 0.63 s
-            assert!(angle < 2e-3, "{angle}");
-            assert!(!turn_unseen && names.len() == 2, "{names:?}");
-        } else {
-            assert!(angle > 0.1 && turn_unseen, "{angle} {names:?}");
-        }
     }
 }

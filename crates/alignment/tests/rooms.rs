@@ -4,10 +4,10 @@
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3};
-use sphereflow_core::{DepthMap, Pose, RangeMap, Twist};
-use sphereflow_odometry::{
+use sphereflow_alignment::{
     Config, CovarianceModel, DepthImage, VelocityEstimate, VelocityEstimator, twist_from_pose,
 };
+use sphereflow_core::{DepthMap, Pose, RangeMap, Twist};
 use sphereflow_sim::noise::{CorrelationScale, DepthNoise, KinectNoise, KinectParameters};
 use sphereflow_sim::{Motion, Renderer, Scene};
 use sphereflow_sphere::Camera;

@@ -1,7 +1,13 @@
 //! The weak form written slowly: every domain goes around each of its blocks, in double precision.
 
-use super::*;
+#![allow(clippy::unwrap_used)] // a test may
+
 use nalgebra::Vector3;
+use sphereflow_alignment::Pair;
+use sphereflow_alignment::area_integrals::AreaIntegrals;
+use sphereflow_alignment::sphere_table::SphereTable;
+use sphereflow_alignment::tiling::Tiling;
+use sphereflow_alignment::weak_form::WeakForm;
 use sphereflow_sphere::{Camera, SphereGrid};
 
 /// The fast pass sums single-precision products of numbers below one over some thirty blocks; inner
@@ -110,7 +116,7 @@ fn accumulate_equals_a_loop_around_every_block() {
                 pair: &pair,
                 max_jump: MAX_JUMP,
             }
-            .accumulate(&mut fast, &mut crate::inside::Inside::default());
+            .accumulate(&mut fast, &mut AreaIntegrals::default());
             let slow = Slow {
                 grid: &grid,
                 pair: &pair,

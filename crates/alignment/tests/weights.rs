@@ -8,10 +8,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use scene::{DT_S, Scene, measure, pinhole, somewhere, twist, two_poses};
-use sphereflow_core::{DepthMap, Reason, TrackStatus, Twist};
-use sphereflow_odometry::{
+use sphereflow_alignment::{
     Also, Config, NoiseModel, VelocityEstimator, VelocityPrior, estimate_velocity,
 };
+use sphereflow_core::{DepthMap, Reason, TrackStatus, Twist};
 
 fn motion() -> Twist {
     twist([0.3, -0.4, 0.2, 0.25, -0.1, 0.3])

@@ -63,7 +63,7 @@ impl Back {
         if result.status.has_pose() {
             self.posed += 1;
         }
-        if every == 0 || !result.status.has_pose() || (self.posed - 1) % every != 0 {
+        if every == 0 || !result.status.has_pose() || !(self.posed - 1).is_multiple_of(every) {
             return Ok(());
         }
         let (Some((keyframe, pose)), Some(distances)) = (self.map.newest(), distances_of(frame))

@@ -61,7 +61,7 @@ mod _native {
     #[pymodule_export]
     use crate::observers::{PyVelocityBiasEstimator, PyVelocityBiasState};
     #[pymodule_export]
-    use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
+    use crate::odometry::{PyDepthOdometry, PyOdometryResult};
     #[pymodule_export]
     use crate::position::PyPositionObserver;
     #[pymodule_export]

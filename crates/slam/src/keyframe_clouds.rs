@@ -93,8 +93,9 @@ impl KeyframeClouds {
     /// stays where it was. For looking on while the map grows.
     pub fn grown(&mut self, poses: &[Pose]) -> &VoxelCloud {
         let done = self.pieces.len().saturating_sub(1).min(poses.len());
-        for index in self.merged..done {
-            self.whole.merge(&self.pieces[index], &poses[index]);
+        let pieces = self.pieces.iter().zip(poses).take(done);
+        for (piece, pose) in pieces.skip(self.merged) {
+            self.whole.merge(piece, pose);
         }
         self.merged = self.merged.max(done);
         &self.whole

@@ -22,7 +22,9 @@ pub struct Warp<'a> {
     pub camera: &'a Camera,
     /// The same in single precision, where there is one.
     pub plane: Option<&'a PlaneProjection>,
+    /// Rays of the first image's blocks.
     pub table: &'a SphereTable,
+    /// The image that is looked up.
     pub second: &'a InverseDepth,
     /// `first_from_second`, at the second's stamp.
     pub motion: Pose,

@@ -2,8 +2,8 @@
 #![allow(dead_code)] // each test program uses its part
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use sphereflow_alignment::{Config, VelocityEstimate, estimate_velocity, pose_from_twist};
 use sphereflow_core::{DepthMap, Plane, Pose, RangeMap, Twist};
-use sphereflow_odometry::{Config, VelocityEstimate, estimate_velocity, pose_from_twist};
 use sphereflow_sphere::Camera;
 
 /// Time between two images, seconds.
