@@ -4,6 +4,7 @@ use crate::{Error, Result};
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 use sphereflow_core::Twist;
+use sphereflow_core::checks::all_finite;
 use sphereflow_sphere::Camera;
 
 /// Per pixel: the ray, and the derivative of the pixel by the ray. For any central camera.
@@ -150,13 +151,5 @@ pub(crate) fn parts(twist: &Twist) -> (Vector3<f32>, Vector3<f32>) {
 
 /// Refuses a motion that is not finite.
 pub(crate) fn finite_twist(twist: &Twist) -> Result<()> {
-    let all = twist.vector();
-    if all.iter().all(|v| v.is_finite()) {
-        return Ok(());
-    }
-    Err(Error::value(
-        "twist",
-        "finite velocities",
-        format!("{all:?}"),
-    ))
+    all_finite("twist", &twist.vector())
 }

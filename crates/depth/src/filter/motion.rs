@@ -2,9 +2,9 @@
 
 use super::keyframes::Present;
 use super::state::Drift;
+use crate::Result;
 use crate::rays::finite_twist;
-use crate::{Error, Result};
-use sphereflow_core::checks::{each, non_negative, positive};
+use sphereflow_core::checks::{all_finite, each, non_negative, positive};
 use sphereflow_core::{Pose, Stamp, Twist};
 use sphereflow_sphere::lie::se3;
 
@@ -62,7 +62,8 @@ impl Motion {
     }
 
     pub fn set(&mut self, pose: Pose, noise: PoseNoise, stamp: Stamp) -> Result<()> {
-        finite_pose(&pose)?;
+        let numbers = pose.quat_xyzw();
+        all_finite("world_from_camera", numbers.iter().chain(&pose.translation))?;
         let deviations = [
             ("noise.rotation_rad", noise.rotation_rad),
             ("noise.position_m", noise.position_m),
@@ -93,18 +94,4 @@ impl Motion {
         self.stamp = self.stamp.map(|stamp| stamp.plus_seconds(dt_s));
         Ok(())
     }
-}
-
-/// Refuses a pose that is not finite.
-fn finite_pose(pose: &Pose) -> Result<()> {
-    let numbers = pose.quat_xyzw();
-    let finite = numbers
-        .iter()
-        .chain(pose.translation.iter())
-        .all(|v| v.is_finite());
-    if finite {
-        return Ok(());
-    }
-    let found = format!("{:?} {numbers:?}", pose.translation.as_slice());
-    Err(Error::value("world_from_camera", "a finite pose", found))
 }
