@@ -91,7 +91,7 @@ pub fn default_config<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, P
 pub fn check_config(name: &str, values: &Bound<'_, PyDict>) -> PyResult<()> {
     macro_rules! check {
         ($type:ty) => {
-            <$type as Plain>::from_plain(values.as_any())?.check()
+            Settings::check(&<$type as Plain>::from_plain(values.as_any())?)
         };
     }
     of_name!(name, check)

@@ -4,6 +4,7 @@ mod arrays;
 mod attitude;
 mod calibration;
 mod camera;
+mod config;
 mod depth;
 mod depth_thesis;
 mod errors;
@@ -16,6 +17,8 @@ mod motion_arguments;
 mod navigation;
 mod observers;
 mod odometry;
+mod pickle;
+mod plain;
 mod position;
 mod range_flow;
 mod recording;
@@ -41,6 +44,8 @@ mod _native {
     #[pymodule_export]
     use crate::camera::PyCamera;
     #[pymodule_export]
+    use crate::config::{check_config, default_config};
+    #[pymodule_export]
     use crate::depth::{PyDepthFilter, PyDepthResult};
     #[pymodule_export]
     use crate::depth_thesis::{
@@ -61,7 +66,9 @@ mod _native {
     #[pymodule_export]
     use crate::observers::{PyVelocityBiasEstimator, PyVelocityBiasState};
     #[pymodule_export]
-    use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
+    use crate::odometry::{PyDepthOdometry, PyOdometryResult};
+    #[pymodule_export]
+    use crate::pickle::restore;
     #[pymodule_export]
     use crate::position::PyPositionObserver;
     #[pymodule_export]

@@ -10,7 +10,7 @@ use crate::imu_bias::{PyImuBiasRun, PyImuBiasState};
 use crate::information::PyInformation;
 use crate::navigation::PyNavigationState;
 use crate::observers::PyVelocityBiasState;
-use crate::odometry::{PyOdometryResult, PyOptimiseReport};
+use crate::odometry::PyOdometryResult;
 use crate::plain::Plain;
 use crate::self_calibration::PySelfCalibration;
 use crate::solver::{PyMotion, PySolverResult};
@@ -20,11 +20,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 /// What `__reduce__` returns: `_restore` and its two arguments.
+pub type Reduced<'py> = (Bound<'py, PyAny>, Bound<'py, PyTuple>);
+
+/// The `__reduce__` of an object of `class` whose plain values are `state`.
 pub fn reduced<'py>(
     py: Python<'py>,
     class: &str,
     state: Bound<'py, PyAny>,
-) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+) -> PyResult<Reduced<'py>> {
     let restore = py.import("sphereflow._native")?.getattr("_restore")?;
     let arguments = [class.to_string().to_plain(py)?, state];
     Ok((restore, PyTuple::new(py, arguments)?))
@@ -49,7 +52,6 @@ pub fn restore(py: Python<'_>, class: &str, state: &Bound<'_, PyAny>) -> PyResul
         "Motion" => object!(PyMotion),
         "NavigationState" => object!(PyNavigationState),
         "OdometryResult" => object!(PyOdometryResult),
-        "OptimiseReport" => object!(PyOptimiseReport),
         "SelfCalibration" => object!(PySelfCalibration),
         "Trajectory" => object!(PyTrajectory),
         "VelocityBiasState" => object!(PyVelocityBiasState),

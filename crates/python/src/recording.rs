@@ -10,7 +10,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_core::{DepthMap, ImuSample, MagSample, RangeMap, RgbdFrame, Stamp};
-use sphereflow_io::{Calibration, OpenOptions, Recording, RecordingWriter, open_recording};
+use sphereflow_io::{CalibrationFile, OpenOptions, Recording, RecordingWriter, open_recording};
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -243,7 +243,9 @@ pub fn py_open_recording(
     depth_scale: Option<f64>,
     sync_tolerance_s: Option<f64>,
 ) -> PyResult<PyRecording> {
-    let calibration = calibration.map(|path| Calibration::read(&path)).transpose();
+    let calibration = calibration
+        .map(|path| CalibrationFile::read(&path))
+        .transpose();
     let calibration = calibration.map_err(|error| io_error(&error))?;
     let options = OpenOptions {
         calibration,
@@ -279,7 +281,7 @@ impl PyRecordingWriter {
     #[new]
     #[pyo3(signature = (path, camera, *, depth_scale = 1000.0))]
     fn new(path: PathBuf, camera: &PyCamera, depth_scale: f64) -> PyResult<Self> {
-        let calibration = Calibration::of_camera(&camera.0, depth_scale).into_python()?;
+        let calibration = CalibrationFile::of_camera(&camera.0, depth_scale).into_python()?;
         Ok(Self {
             writer: Some(RecordingWriter::create(&path, calibration).into_python()?),
             size: (camera.0.width(), camera.0.height()),

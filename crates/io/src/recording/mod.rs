@@ -20,7 +20,7 @@ pub use stream::FrameStream;
 pub use sync::SyncStatistics;
 
 use crate::images::{depth_from_raw, range_from_raw, read_colour, read_raw_depth};
-use crate::{Calibration, Error, Result, Warnings};
+use crate::{CalibrationFile, Error, Result, Warnings};
 use nalgebra::Vector3;
 use sphereflow_core::{Error as CoreError, ImuSample, MagSample, RgbdFrame, Stamp, Trajectory};
 use sphereflow_sphere::{Camera, DepthCorrector};
@@ -60,7 +60,7 @@ struct FrameFiles {
 /// A camera with the calibration it comes from.
 #[derive(Debug)]
 struct Calibrated {
-    calibration: Calibration,
+    calibration: CalibrationFile,
     camera: Camera,
     /// Where the calibration has a correction of depth.
     corrector: Option<DepthCorrector>,
@@ -121,7 +121,7 @@ impl Recording {
     }
 
     /// The calibration that the camera is of; `None` for inertial recordings.
-    pub fn calibration(&self) -> Option<&Calibration> {
+    pub fn calibration(&self) -> Option<&CalibrationFile> {
         self.0.calibrated.as_ref().map(|known| &known.calibration)
     }
 
@@ -140,7 +140,7 @@ impl Recording {
     }
 
     /// Rolling shutter: read-out time in seconds, 0 where the calibration gives none; see
-    /// [`Calibration::readout_s`].
+    /// [`CalibrationFile::readout_s`].
     pub fn readout_s(&self) -> f64 {
         let calibration = self.calibration();
         calibration.and_then(|c| c.readout_s).unwrap_or(0.0)
