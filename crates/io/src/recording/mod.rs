@@ -125,6 +125,26 @@ impl Recording {
         self.0.calibrated.as_ref().map(|known| &known.calibration)
     }
 
+    /// What is known of the device, as the frames are: without the correction of depth that was
+    /// applied to them, and with the colour camera where it is registered. `None` without images.
+    ///
+    /// # Errors
+    /// None in practice: the calibration was checked when it was read.
+    pub fn device(&self) -> Result<Option<CalibrationFile>> {
+        let Some(known) = self.0.calibrated.as_ref() else {
+            return Ok(None);
+        };
+        let mut file = known.calibration.clone();
+        if known.corrector.is_some() {
+            file.depth_field = None;
+        }
+        if self.colour_registered() && file.colour.is_none() {
+            file.colour = Some(file.depth.clone());
+            file.colour_from_depth = Some(sphereflow_core::Pose::identity());
+        }
+        Ok(Some(file))
+    }
+
     /// Which calibration that is, and where it comes from.
     pub fn calibration_source(&self) -> String {
         match &self.0.calibrated {
