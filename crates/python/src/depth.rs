@@ -6,26 +6,16 @@ use crate::errors::{IntoPython, Kind, exception};
 use crate::flow::{grey, plane_array};
 use crate::motion_arguments::{deviation, vector3_of};
 use crate::pickle::{Reduced, reduced};
-use crate::plain::reason_values;
-use crate::plain::{Plain, named};
+use crate::plain::{Plain, dict_of, field, item, named, reason_values};
 use crate::trajectory::{pose_from, pose_matrix};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_core::ReasonCode;
 use sphereflow_core::{Plane, Stamp, Twist};
-use sphereflow_flow::{
+use sphereflow_depth::{
     Brightness, DepthFilter, DepthFilterConfig, DepthStatus, PoseNoise, VelocityNoise,
 };
-
-/// Range, deviation, status, noise and share of a result.
-type State<'py> = (
-    Py<PyArray2<f32>>,
-    Option<Py<PyArray2<f32>>>,
-    Bound<'py, PyAny>,
-    f32,
-    f32,
-);
 
 /// Range and its standard deviation after a step, and what became of the image.
 #[pyclass(name = "DepthResult", module = "sphereflow.depth", frozen)]
@@ -49,23 +39,15 @@ impl PyDepthResult {
         })
     }
 
-    /// What a pickle holds.
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let (range, status) = (self.range_m(py), self.status.to_plain(py)?);
-        let (sigma, share) = (self.sigma_grey, self.fitting_share);
-        let state: State<'py> = (range, self.std_m(py), status, sigma, share);
-        Ok(state.into_pyobject(py)?.into_any())
-    }
-
-    /// From what a pickle holds.
+    /// From the state that `__reduce__` gives.
     pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (range, std, status, sigma_grey, fitting_share): State<'_> = state.extract()?;
+        let dict = dict_of(state)?;
         Ok(Self {
-            range,
-            std,
-            status: Plain::from_plain(&status)?,
-            sigma_grey,
-            fitting_share,
+            range: item(dict, "range")?.extract::<Py<PyArray2<f32>>>()?,
+            std: item(dict, "std")?.extract::<Option<Py<PyArray2<f32>>>>()?,
+            status: field(dict, "status")?,
+            sigma_grey: item(dict, "sigma_grey")?.extract()?,
+            fitting_share: item(dict, "fitting_share")?.extract()?,
         })
     }
 }
@@ -121,6 +103,16 @@ impl PyDepthResult {
         self.fitting_share
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let state = PyDict::new(py);
+        state.set_item("range", self.range.bind(py))?;
+        state.set_item("std", &self.std)?;
+        state.set_item("status", self.status.to_plain(py)?)?;
+        state.set_item("sigma_grey", self.sigma_grey)?;
+        state.set_item("fitting_share", self.fitting_share)?;
+        reduced(py, "DepthResult", state.into_any())
+    }
+
     fn __repr__(&self) -> String {
         let reason = self.status.reason().map(|why| format!(": {why}"));
         format!(
@@ -128,10 +120,6 @@ impl PyDepthResult {
             self.status.name(),
             reason.unwrap_or_default()
         )
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        reduced(py, "DepthResult", self.state(py)?)
     }
 }
 

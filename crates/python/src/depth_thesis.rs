@@ -4,11 +4,14 @@ use crate::camera::PyCamera;
 use crate::config::{DepthObserverConfig, FlowObserverConfig, keywords, settings};
 use crate::depth::{PyDepthResult, twist};
 use crate::errors::IntoPython;
-use crate::flow::{flow_from, grey, plane_array, positive};
+use crate::flow::{flow_from, grey, plane_array};
 use crate::pickle::{Reduced, reduced};
+use crate::plain::{dict_of, item};
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use sphereflow_flow::{
+use pyo3::types::PyDict;
+use sphereflow_core::checks::positive;
+use sphereflow_depth::{
     DataTerm, DepthObserver, FlowObserver, PixelRays, SobolevConfig, SobolevDepth, TvDepth,
     TvDepthConfig, VariationalDepth,
 };
@@ -132,6 +135,19 @@ pub struct PyVariationalDepth {
     iterations: usize,
 }
 
+impl PyVariationalDepth {
+    /// From the state that `__reduce__` gives.
+    pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let dict = dict_of(state)?;
+        Ok(Self {
+            inv_range: item(dict, "inv_range")?.extract::<Py<PyArray2<f32>>>()?,
+            energy: item(dict, "energy")?.extract()?,
+            residual: item(dict, "residual")?.extract()?,
+            iterations: item(dict, "iterations")?.extract()?,
+        })
+    }
+}
+
 #[pymethods]
 impl PyVariationalDepth {
     /// 1/D per metre, (H, W); NaN where unknown, everywhere without translation.
@@ -159,30 +175,12 @@ impl PyVariationalDepth {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        reduced(py, "VariationalDepth", self.state(py)?)
-    }
-}
-
-/// Inverse range, energy, residual and iterations of a result.
-type State = (Py<PyArray2<f32>>, f64, f64, usize);
-
-impl PyVariationalDepth {
-    /// What a pickle holds.
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let inverse = self.inv_range(py);
-        let state: State = (inverse, self.energy, self.residual, self.iterations);
-        Ok(state.into_pyobject(py)?.into_any())
-    }
-
-    /// From what a pickle holds.
-    pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (inv_range, energy, residual, iterations): State = state.extract()?;
-        Ok(Self {
-            inv_range,
-            energy,
-            residual,
-            iterations,
-        })
+        let state = PyDict::new(py);
+        state.set_item("inv_range", self.inv_range.bind(py))?;
+        state.set_item("energy", self.energy)?;
+        state.set_item("residual", self.residual)?;
+        state.set_item("iterations", self.iterations)?;
+        reduced(py, "VariationalDepth", state.into_any())
     }
 }
 
@@ -300,7 +298,7 @@ pub fn py_tv_l1_depth(
     let twist = twist(v_m_s, omega_rad_s)?;
     let start = start.map(|start| grey(start, "start")).transpose()?;
     if let Some(weight) = weight {
-        positive(weight, "weight")?;
+        positive("weight", weight).into_python()?;
     }
     let mut config: TvDepthConfig = settings(config)?;
     keywords!(config {

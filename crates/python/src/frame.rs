@@ -2,8 +2,10 @@
 
 use crate::errors::IntoPython;
 use crate::pickle::{Reduced, reduced};
+use crate::plain::{dict_of, item};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use sphereflow_core::{Plane, RgbdFrame, Stamp};
 use sphereflow_io::recording::FrameStream;
 use std::sync::{Mutex, PoisonError};
@@ -44,34 +46,16 @@ impl PyFrame {
             imu_count: frame.imu.len(),
         })
     }
-}
 
-/// Stamp, colour, depth, range and the number of inertial samples.
-type State = (
-    i64,
-    Option<Py<PyArray3<u8>>>,
-    Option<Py<PyArray2<f32>>>,
-    Option<Py<PyArray2<f32>>>,
-    usize,
-);
-
-impl PyFrame {
-    /// What a pickle holds.
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let (colour, depth, range) = (self.colour(py), self.depth_m(py), self.range_m(py));
-        let state: State = (self.stamp_ns, colour, depth, range, self.imu_count);
-        Ok(state.into_pyobject(py)?.into_any())
-    }
-
-    /// From what a pickle holds.
+    /// From the state that `__reduce__` gives.
     pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (stamp_ns, colour, depth_m, range_m, imu_count): State = state.extract()?;
+        let dict = dict_of(state)?;
         Ok(Self {
-            stamp_ns,
-            colour,
-            depth_m,
-            range_m,
-            imu_count,
+            stamp_ns: item(dict, "stamp_ns")?.extract()?,
+            colour: item(dict, "colour")?.extract::<Option<Py<PyArray3<u8>>>>()?,
+            depth_m: item(dict, "depth_m")?.extract::<Option<Py<PyArray2<f32>>>>()?,
+            range_m: item(dict, "range_m")?.extract::<Option<Py<PyArray2<f32>>>>()?,
+            imu_count: item(dict, "imu_count")?.extract()?,
         })
     }
 }
@@ -103,6 +87,16 @@ impl PyFrame {
         self.range_m.as_ref().map(|array| array.clone_ref(py))
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let state = PyDict::new(py);
+        state.set_item("stamp_ns", self.stamp_ns)?;
+        state.set_item("colour", &self.colour)?;
+        state.set_item("depth_m", &self.depth_m)?;
+        state.set_item("range_m", &self.range_m)?;
+        state.set_item("imu_count", self.imu_count)?;
+        reduced(py, "Frame", state.into_any())
+    }
+
     fn __repr__(&self) -> String {
         let has = |there: bool| if there { "yes" } else { "no" };
         format!(
@@ -112,10 +106,6 @@ impl PyFrame {
             has(self.depth_m.is_some() || self.range_m.is_some()),
             self.imu_count
         )
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        reduced(py, "Frame", self.state(py)?)
     }
 }
 

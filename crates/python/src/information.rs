@@ -7,7 +7,7 @@ use crate::pickle::{Reduced, reduced};
 use crate::plain::Plain;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use sphereflow_odometry::{Information, direction_name, information};
+use sphereflow_alignment::{Information, direction_name, information};
 
 /// What one range image lets see of the camera's motion (Theorem 3).
 #[pyclass(name = "Information", module = "sphereflow.odometry", frozen)]

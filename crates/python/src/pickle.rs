@@ -1,6 +1,7 @@
 //! Pickle and copy: `__reduce__` of a class names it and gives its plain values, `_restore` reads them.
 
 use crate::attitude::{PyAttitudeRun, PyAttitudeState};
+use crate::calibration_file::PyCalibration;
 use crate::camera::PyCamera;
 use crate::depth::PyDepthResult;
 use crate::depth_thesis::PyVariationalDepth;
@@ -10,11 +11,12 @@ use crate::imu_bias::{PyImuBiasRun, PyImuBiasState};
 use crate::information::PyInformation;
 use crate::navigation::PyNavigationState;
 use crate::observers::PyVelocityBiasState;
-use crate::odometry::{PyOdometryResult, PyOptimiseReport};
+use crate::odometry::PyOdometryResult;
 use crate::plain::Plain;
 use crate::self_calibration::PySelfCalibration;
 use crate::solver::{PyMotion, PySolverResult};
 use crate::trajectory::PyTrajectory;
+use crate::update::PyUpdate;
 use crate::velocity::PyVelocityEstimate;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -22,7 +24,7 @@ use pyo3::types::PyTuple;
 /// What `__reduce__` returns: `_restore` and its two arguments.
 pub type Reduced<'py> = (Bound<'py, PyAny>, Bound<'py, PyTuple>);
 
-/// The class by its name, and the state of an object.
+/// The `__reduce__` of an object of `class` whose plain values are `state`.
 pub fn reduced<'py>(
     py: Python<'py>,
     class: &str,
@@ -52,11 +54,15 @@ pub fn restore(py: Python<'_>, class: &str, state: &Bound<'_, PyAny>) -> PyResul
         "Motion" => object!(PyMotion),
         "NavigationState" => object!(PyNavigationState),
         "OdometryResult" => object!(PyOdometryResult),
-        "OptimiseReport" => object!(PyOptimiseReport),
         "SelfCalibration" => object!(PySelfCalibration),
         "Trajectory" => object!(PyTrajectory),
         "VelocityBiasState" => object!(PyVelocityBiasState),
         "VelocityEstimate" => object!(PyVelocityEstimate),
+        "Calibration" => {
+            let calibration = PyCalibration::of_text(&state.extract::<String>()?)?;
+            Ok(Py::new(py, calibration)?.into_any())
+        }
+        "Update" => object!(PyUpdate),
         "DepthResult" => Ok(Py::new(py, PyDepthResult::from_state(state)?)?.into_any()),
         "Frame" => Ok(Py::new(py, PyFrame::from_state(state)?)?.into_any()),
         "SolverResult" => Ok(Py::new(py, PySolverResult::from_plain(state)?)?.into_any()),

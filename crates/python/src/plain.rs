@@ -24,11 +24,15 @@ pub trait Plain: Sized {
 
 /// The field `key` of a dict.
 pub fn field<T: Plain>(dict: &Bound<'_, PyDict>, key: &str) -> PyResult<T> {
-    let Some(value) = dict.get_item(key)? else {
+    T::from_plain(&item(dict, key)?)
+}
+
+/// The value `key` of a dict.
+pub fn item<'py>(dict: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+    dict.get_item(key)?.ok_or_else(|| {
         let text = format!("{key}: expected a value, found none");
-        return Err(exception(Kind::Value, text));
-    };
-    T::from_plain(&value)
+        exception(Kind::Value, text)
+    })
 }
 
 /// The exception for plain values that are not what [`Plain::to_plain`] gives.

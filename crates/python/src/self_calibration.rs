@@ -189,7 +189,7 @@ impl PySelfCalibration {
         };
         let mut calibration = own.with_camera(&self.0.camera).into_python()?;
         let correction = self.0.correction;
-        calibration.depth_correction = (!correction.is_identity()).then_some(correction);
+        calibration.depth_field = (!correction.is_identity()).then_some(correction);
         calibration.readout_s = (self.0.readout_s != 0.0).then_some(self.0.readout_s);
         calibration.write(&path).into_python()
     }

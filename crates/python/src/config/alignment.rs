@@ -5,11 +5,9 @@ use crate::errors::IntoPython;
 use crate::plain::{Plain, dict_of, field, named, plain_names, plain_struct};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sphereflow_odometry::Error;
-pub use sphereflow_odometry::{
-    Config, CovarianceModel, GraphConfig, KeyframePolicy, Method, NoiseModel, OdometryConfig,
-    SelfCalibrationConfig,
-};
+pub use sphereflow_alignment::{Config, CovarianceModel, Method, NoiseModel};
+pub use sphereflow_odometry::{KeyframePolicy, OdometryConfig, SelfCalibrationConfig};
+pub use sphereflow_slam::GraphConfig;
 
 plain_names!(Method { "pyramid" => Pyramid, "single" => Single });
 plain_struct!(CovarianceModel {
@@ -63,8 +61,7 @@ plain_struct!(GraphConfig {
     floor_rad,
     rounds,
 });
-// The graph is not the odometry's: it is given apart.
-plain_struct!(OdometryConfig { alignment, keyframes, readout_s } skip { graph });
+plain_struct!(OdometryConfig { alignment, keyframes, readout_s } skip { emit_keyframes });
 plain_struct!(SelfCalibrationConfig {
     lens,
     field,
@@ -130,7 +127,7 @@ impl Plain for NoiseModel {
         // Numbers that are not used must make sense too: they may be tomorrow.
         flight
             .validate()
-            .map_err(|Error::Core(error)| without_prefix(&error, "noise."))?;
+            .map_err(|error| without_prefix(&error, "noise."))?;
         Ok(match field::<NoiseKind>(dict, "model")? {
             NoiseKind::Disparity => Self::Disparity,
             NoiseKind::TimeOfFlight => flight,
@@ -164,7 +161,7 @@ impl Settings for CovarianceModel {
         };
         config
             .validate()
-            .map_err(|Error::Core(error)| without_prefix(&error, "covariance."))
+            .map_err(|error| without_prefix(&error, "covariance."))
     }
 }
 

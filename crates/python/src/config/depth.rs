@@ -4,11 +4,11 @@ use super::Settings;
 use crate::errors::IntoPython;
 use crate::plain::{Plain, plain_names, plain_struct};
 use pyo3::prelude::*;
-use sphereflow_flow::{
+use sphereflow_depth::{
     Brightness, DepthFilter, DepthObserver, FlowObserver, ObserverConfig, PixelRays, SobolevDepth,
     TvDepth,
 };
-pub use sphereflow_flow::{DepthFilterConfig, SobolevConfig, TvDepthConfig};
+pub use sphereflow_depth::{DepthFilterConfig, SobolevConfig, TvDepthConfig};
 use sphereflow_sphere::Camera;
 
 plain_names!(Brightness { "measured" => Measured, "constant" => Constant });

@@ -2,10 +2,12 @@
 
 use super::{Plain, not_plain, plain_names, plain_struct};
 use pyo3::prelude::*;
+use sphereflow_alignment::{Information, VelocityEstimate, WeakDirection};
 use sphereflow_odometry::{
-    CalibratedParameter, CalibrationStatus, HeldCombination, Information, KeyframeMotion,
-    OdometryResult, OptimiseReport, SelfCalibration, Timings, VelocityEstimate, WeakDirection,
+    CalibratedParameter, CalibrationStatus, HeldCombination, KeyframeMotion, OdometryResult,
+    SelfCalibration, Timings,
 };
+use sphereflow_slam::GraphReport;
 use sphereflow_solver::{Iteration, LinearSolver, StopReason, Summary};
 
 plain_struct!(WeakDirection {
@@ -49,13 +51,14 @@ plain_struct!(OdometryResult {
     estimate,
     segment,
     timings,
-});
-plain_struct!(OptimiseReport {
+} skip { keyframes });
+plain_struct!(GraphReport {
     keyframes,
     edges,
     rejected,
     failed,
     converged,
+    interrupted,
     largest_change_m,
 });
 plain_struct!(Information {

@@ -4,7 +4,7 @@ use super::{Plain, not_plain};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyInt, PyString, PyTuple};
 use sphereflow_core::{Reason, ReasonCode, ReasonValue, TrackStatus};
-use sphereflow_flow::{DepthReason, DepthStatus};
+use sphereflow_depth::{DepthReason, DepthStatus};
 use sphereflow_observers::{Reason as ObserverReason, Status};
 
 /// The values of a reason by name; empty where there is none.

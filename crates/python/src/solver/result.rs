@@ -106,6 +106,10 @@ impl PySolverResult {
         self.setup.as_secs_f64()
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "SolverResult", self.to_plain(py)?)
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "SolverResult({:.9e} -> {:.9e}, {} steps, {}, {} issues)",
@@ -115,9 +119,5 @@ impl PySolverResult {
             self.summary.stop,
             self.issues.len()
         )
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        reduced(py, "SolverResult", self.to_plain(py)?)
     }
 }
