@@ -16,7 +16,7 @@ Units are SI, stamps integer nanoseconds, quaternions x, y, z, w, camera axes x 
 z forward; see CONVENTIONS.md.
 """
 
-from typing import TYPE_CHECKING, Any
+import typing as _typing
 
 from sphereflow import (
     attitude,
@@ -46,7 +46,8 @@ from sphereflow.errors import (
     ValueRangeError,
 )
 
-if TYPE_CHECKING:
+if _typing.TYPE_CHECKING:
+    from sphereflow import calibration, config
     from sphereflow.pipeline import run
 
 __all__ = [
@@ -65,6 +66,8 @@ __all__ = [
     "__version__",
     "associate",
     "attitude",
+    "calibration",
+    "config",
     "depth",
     "errors",
     "eval",
@@ -81,10 +84,22 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Import the pipeline only when it is used: `import sphereflow` stays quick."""
-    if name == "run":
-        from sphereflow.pipeline import run
+_LATE = {"run": "sphereflow.pipeline", "calibration": "", "config": ""}
+"""What is imported only when it is used, from where: `import sphereflow` stays quick."""
 
-        return run
-    raise AttributeError(f"module 'sphereflow' has no attribute {name!r}")
+
+def __getattr__(name: str) -> _typing.Any:
+    """Import what is late."""
+    if name not in _LATE:
+        raise AttributeError(f"module 'sphereflow' has no attribute {name!r}")
+    import importlib
+
+    home = _LATE[name]
+    if not home:
+        return importlib.import_module(f"sphereflow.{name}")
+    return getattr(importlib.import_module(home), name)
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return sorted(__all__)

@@ -19,7 +19,7 @@ from sphereflow.config.depth import (
     SobolevConfig,
     TvDepthConfig,
 )
-from sphereflow.config.engine import EngineConfig, MapConfig
+from sphereflow.config.engine import CloudConfig, EngineConfig, MapConfig
 from sphereflow.config.flow import HornSchunckConfig, RofConfig, TvL1Config
 from sphereflow.config.imu_bias import ImuBiasConfig, ImuBiasGains
 from sphereflow.config.navigation import NavigationConfig
@@ -31,6 +31,7 @@ __all__ = [
     "CONFIGS",
     "AlignmentConfig",
     "AttitudeConfig",
+    "CloudConfig",
     "Config",
     "CovarianceConfig",
     "DepthFilterConfig",
@@ -64,6 +65,7 @@ CONFIGS: dict[str, type[Config]] = {
     "keyframes": KeyframeConfig,
     "graph": GraphConfig,
     "map": MapConfig,
+    "cloud": CloudConfig,
     "self-calibration": SelfCalibrationConfig,
     "depth-filter": DepthFilterConfig,
     "flow-observer": FlowObserverConfig,

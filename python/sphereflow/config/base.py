@@ -83,36 +83,29 @@ class Config:
         return toml.text_of(self, comments=comments)
 
     @classmethod
-    def from_toml(cls, text: str) -> Self:
+    def from_toml(cls, source: str | Path) -> Self:
         """From TOML; what is not in it keeps its default.
+
+        Parameters
+        ----------
+        source
+            The text, or the ``Path`` of a file.
 
         Raises
         ------
         DataError
             Where it is no TOML: with the line.
+        MissingFileError, FileAccessError
+            Where the file cannot be read.
         ValueRangeError
-            As ``from_dict``.
+            As ``from_dict``; of a file, with its path.
         """
-        return cls.from_dict(toml.values_of(text))
-
-    @classmethod
-    def read(cls, path: str | Path) -> Self:
-        """From a TOML file.
-
-        Raises
-        ------
-        MissingFileError, FileAccessError, DataError, ValueRangeError
-            With the path; the last two as ``from_toml``.
-        """
-        return cls.from_dict_at(path, toml.read(path))
-
-    @classmethod
-    def from_dict_at(cls, path: str | Path, values: Mapping[str, Any]) -> Self:
-        """As ``from_dict``, with the path of the file before what is wrong."""
+        if isinstance(source, str):
+            return cls.from_dict(toml.values_of(source))
         try:
-            return cls.from_dict(values)
+            return cls.from_dict(toml.read(source))
         except ValueRangeError as error:
-            raise ValueRangeError(f"{path}: {error}") from None
+            raise ValueRangeError(f"{source}: {error}") from None
 
     def write(self, path: str | Path, *, comments: bool = True) -> None:
         """Write a TOML file, beside its place and renamed."""

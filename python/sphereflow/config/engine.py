@@ -2,13 +2,33 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import Literal
 
 from sphereflow.config.base import Config
 from sphereflow.config.odometry import GraphConfig, OdometryConfig
-from sphereflow.errors import ValueRangeError
+
+
+@dataclass(frozen=True)
+class CloudConfig(Config):
+    """Settings of the coloured cloud.
+
+    Parameters
+    ----------
+    voxel_m
+        Edge of a cell, metres: smaller is finer, and more memory.
+    stride
+        Every so many-th pixel of every so many-th row is taken.
+    max_range_m
+        Points further along the ray are left out, metres.
+    max_points
+        Points that a cloud has at most.
+    """
+
+    voxel_m: float = 0.02
+    stride: int = 4
+    max_range_m: float = 5.0
+    max_points: int = 20_000_000
 
 
 @dataclass(frozen=True)
@@ -17,22 +37,14 @@ class MapConfig(Config):
 
     Parameters
     ----------
-    voxel_m
-        Edge of a cell, metres: smaller is finer, and more memory.
     every
-        Each so many frames one goes into the map: neighbours see the same surface.
+        Of so many frames with a pose one goes into the cloud; 0 for no cloud.
+    cloud
+        How the cloud is thinned.
     """
 
-    voxel_m: float = 0.02
     every: int = 3
-
-    _compiled: ClassVar[bool] = False
-
-    def _check(self) -> None:
-        if not (math.isfinite(self.voxel_m) and self.voxel_m > 0.0):
-            raise ValueRangeError(f"voxel_m: expected a positive number, found {self.voxel_m}")
-        if self.every < 1:
-            raise ValueRangeError(f"every: expected 1 or more, found {self.every}")
+    cloud: CloudConfig = field(default_factory=CloudConfig)
 
 
 @dataclass(frozen=True)
@@ -41,20 +53,18 @@ class EngineConfig(Config):
 
     Parameters
     ----------
-    world
-        Frame of the poses. 'auto': turned so that gravity points along +y where it is known how
-        the IMU sits on the camera; 'first-camera': the frame of the first camera.
     odometry
-        How motion is measured.
+        How frames are measured against keyframes.
     graph
-        Which keyframes are compared, so that poses can be corrected.
+        Which keyframes are compared with each other, so that poses can be corrected.
     map
         What goes into the map.
+    world
+        Axes of the world. 'auto': turned so that gravity points along +y where it is known how the
+        IMU sits on the camera; 'first-camera': those of the first camera.
     """
 
-    world: Literal["auto", "first-camera"] = "auto"
     odometry: OdometryConfig = field(default_factory=OdometryConfig)
     graph: GraphConfig = field(default_factory=GraphConfig)
     map: MapConfig = field(default_factory=MapConfig)
-
-    _compiled: ClassVar[bool] = False
+    world: Literal["auto", "first-camera"] = "auto"
