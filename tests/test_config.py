@@ -210,7 +210,8 @@ def test_cli_config_check_tells_what_differs_and_what_is_wrong(tmp_path: Path) -
     path.write_text("[map]\nevery = 5\n")
     found = runner.invoke(app, ["config", "check", str(path)])
     assert found.exit_code == 0
-    assert "map.every" in found.stdout and "5 (default 3)" in found.stdout
+    assert "map.every" in found.stdout
+    assert "5 (default 3)" in found.stdout
     path.write_text("[map]\nevry = 5\n")
     wrong = runner.invoke(app, ["config", "check", str(path)])
     assert wrong.exit_code == 2

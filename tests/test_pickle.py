@@ -86,10 +86,7 @@ def shown(value: Any) -> dict[str, Any]:
 def test_pickle_of_a_result_says_the_same(name: str, again: Callable[[Any], Any]) -> None:
     before = RESULTS[name]
     after = again(before)
-    assert (
-        type(after) is type(before)
-        and repr(after).split(" at ")[0] == repr(before).split(" at ")[0]
-    )
+    assert type(after) is type(before)
     np.testing.assert_equal(_plain(shown(after)), _plain(shown(before)))
 
 
