@@ -13,7 +13,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 import pytest
 import sphereflow as sf
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from sphereflow import _native, config
 from sphereflow.cli import app
@@ -51,8 +51,9 @@ def test_config_optional_settings_are_none_by_default(kind: type[config.Config])
             assert getattr(kind(), name) is None, name
 
 
-@given(st.data())
+@settings(max_examples=20, deadline=None)  # no deadline: the first call imports
 @each_class
+@given(st.data())
 def test_config_with_other_values_survives_toml(kind: type[config.Config], data: Any) -> None:
     changed = _changed(kind, data)
     again = kind.from_toml(changed.to_toml(comments=data.draw(st.booleans())))
@@ -121,7 +122,7 @@ def test_config_wrong_setting_names_the_dotted_key(kind: str, text: str, words: 
 
 def test_config_text_that_is_no_toml_names_the_line(tmp_path: Path) -> None:
     with pytest.raises(sf.DataError, match="line 2"):
-        config.EngineConfig.from_toml("a = 1\nb =")
+        config.EngineConfig.from_toml("a = 1\nb = ]\n")
     with pytest.raises(sf.MissingFileError, match="none"):
         config.EngineConfig.from_toml(tmp_path / "none.toml")
 
@@ -154,10 +155,10 @@ def test_odometry_of_a_config_and_of_keywords_is_the_same() -> None:
         )
 
     alignment = config.AlignmentConfig(block=4, levels=1, domains=100, max_std_m=0.5)
-    settings = config.OdometryConfig(
+    whole = config.OdometryConfig(
         alignment=alignment, keyframes=config.KeyframeConfig(enabled=False)
     )
-    by_config = sf.odometry.DepthOdometry(CAMERA, config=settings)
+    by_config = sf.odometry.DepthOdometry(CAMERA, config=whole)
     keywords = {"domains": 100, "max_std_m": 0.5, "keyframes": False}
     by_keywords = sf.odometry.DepthOdometry(CAMERA, method="single", **keywords)
     np.testing.assert_array_equal(poses(by_config), poses(by_keywords))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sphereflow as sf
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 CAMERAS = [
@@ -102,6 +102,7 @@ def test_pickle_of_a_camera_is_equal(camera: sf.Camera, again: Callable[[Any], A
     assert again(camera) == camera
 
 
+@settings(deadline=None)
 @given(
     st.lists(st.integers(-(2**62), 2**62), max_size=20, unique=True),
     st.integers(0, 2**32 - 1),

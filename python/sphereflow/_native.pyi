@@ -7,6 +7,7 @@ from typing import Any, Literal, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
 
 from sphereflow.config import (
     AlignmentConfig,
@@ -77,6 +78,10 @@ __all__ = [
     "VisualAttitude",
     "VoxelCloud",
     "__version__",
+    "_check_config",
+    "_default_config",
+    "_reason_codes",
+    "_restore",
     "associate",
     "calibrate_camera_imu",
     "calibrate_imu_still",
@@ -333,6 +338,7 @@ class Trajectory:
         camera_from_body: ArrayLike | None = None,
     ) -> Trajectory: ...
     def __add__(self, other: Trajectory, /) -> Trajectory: ...
+    def __radd__(self, other: Trajectory, /) -> Trajectory: ...
     @overload
     def __getitem__(self, key: int | np.signedinteger, /) -> tuple[int, _Floats]: ...
     @overload
@@ -676,6 +682,7 @@ class Update:
     @property
     def timings_ms(self) -> dict[str, float]: ...
 
+@disjoint_base
 class Engine:
     def __new__(cls, calibration: Calibration, config: EngineConfig | None = None) -> Engine: ...
     def push_frame(
