@@ -42,7 +42,6 @@ from sphereflow._native import (
     __version__,
     associate,
 )
-from sphereflow.engine import Engine, ImuBatch, MagSample, RgbdFrame
 from sphereflow.errors import (
     DataError,
     DtypeError,
@@ -57,20 +56,27 @@ from sphereflow.errors import (
 
 if _typing.TYPE_CHECKING:
     from sphereflow import calibration, config
+    from sphereflow.engine import Engine, ImuBatch, MagSample, RgbdFrame
     from sphereflow.pipeline import run
 
 __all__ = [
+    "Calibration",
     "Camera",
     "DataError",
     "DtypeError",
+    "Engine",
     "FileAccessError",
+    "ImuBatch",
+    "MagSample",
     "MissingExtraError",
     "MissingFileError",
+    "RgbdFrame",
     "ShapeError",
     "SphereGrid",
     "SphereflowError",
     "TimeOrderError",
     "Trajectory",
+    "Update",
     "ValueRangeError",
     "__version__",
     "associate",
@@ -93,8 +99,16 @@ __all__ = [
 ]
 
 
-_LATE = {"run": "sphereflow.pipeline", "calibration": "", "config": ""}
-"""What is imported only when it is used, from where: `import sphereflow` stays quick."""
+_LATE = {
+    "Engine": "sphereflow.engine",
+    "ImuBatch": "sphereflow.engine",
+    "MagSample": "sphereflow.engine",
+    "RgbdFrame": "sphereflow.engine",
+    "calibration": "",
+    "config": "",
+    "run": "sphereflow.pipeline",
+}
+"""What is imported only when it is used, and from where: `import sphereflow` stays quick."""
 
 
 def __getattr__(name: str) -> _typing.Any:
