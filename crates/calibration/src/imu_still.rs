@@ -1,9 +1,10 @@
 //! Biases and noise densities of an IMU from a recording at rest.
 
-use super::check;
-use crate::{Reason, Result, Status};
+use crate::Result;
+use crate::series::check;
 use nalgebra::Vector3;
 use sphereflow_core::Stamp;
+use sphereflow_observers::{Reason, Status};
 
 /// What a recording at rest tells.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,8 +10,8 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use scene::{DT_S, Scene, pinhole, somewhere, twist, two_poses};
 use sphereflow_alignment::{CovarianceModel, VelocityEstimate, pose_from_twist};
+use sphereflow_baselines::{RangeFlow, RangeFlowConfig};
 use sphereflow_core::{DepthMap, Plane, Pose, Reason, TrackStatus, Twist};
-use sphereflow_odometry::{RangeFlow, RangeFlowConfig};
 use sphereflow_sphere::Camera;
 
 /// What exact depth at 30 Hz must give, m/s and rad/s: as asked of the weak form.

@@ -1,10 +1,12 @@
 //! Rotation and time offset between camera and IMU, from the gyro against angular velocities that
 //! were measured in images.
 
-use super::check;
-use crate::{Reason, Result, Status};
+use crate::Result;
+use crate::series::check;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use sphereflow_core::Stamp;
+use sphereflow_core::checks::positive;
+use sphereflow_observers::{Reason, Status};
 
 /// The calibration: `omega_camera(t) = camera_from_imu (omega_imu(t + offset) - bias)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +54,7 @@ pub fn camera_imu(
 ) -> Result<CameraImu> {
     check("camera_rad_s", camera_stamps, camera, 20)?;
     check("gyro_rad_s", gyro_stamps, gyro, 20)?;
-    crate::error::positive("largest_offset_s", largest_offset_s)?;
+    positive("largest_offset_s", largest_offset_s)?;
     let fits_at = |offset_s: f64| fit(camera, camera_stamps, gyro, gyro_stamps, offset_s);
     let step_s = 2.0 * largest_offset_s / (STEPS - 1) as f64;
     let offset = |i: usize| -largest_offset_s + i as f64 * step_s;
@@ -69,7 +71,7 @@ pub fn camera_imu(
             "readings during at least 20 of the camera's",
             "none",
         );
-        return Err(error.into());
+        return Err(error);
     };
     let rotation =
         UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(found.rotation));

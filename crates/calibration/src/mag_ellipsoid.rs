@@ -1,8 +1,9 @@
 //! Hard and soft iron of a magnetometer from a recording in which it was turned all ways.
 
-use crate::{Reason, Result, Status};
+use crate::Result;
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, Vector3};
 use sphereflow_core::Error;
+use sphereflow_observers::{Reason, Status};
 
 /// The calibration: `calibrated = correction (reading - hard_iron)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,14 +37,18 @@ const COVERED: f64 = 0.08;
 /// not surround a centre.
 pub fn mag_ellipsoid(readings: &[Vector3<f64>]) -> Result<MagEllipsoid> {
     if readings.len() < 20 {
-        return Err(Error::shape("mag_ut", "at least 20 rows", readings.len()).into());
+        return Err(Error::shape("mag_ut", "at least 20 rows", readings.len()));
     }
     if let Some(i) = readings
         .iter()
         .position(|v| !v.iter().all(|x| x.is_finite()))
     {
         let found = format!("{:?}", readings[i].as_slice());
-        return Err(Error::value(format!("mag_ut[{i}]"), "finite numbers", found).into());
+        return Err(Error::value(
+            format!("mag_ut[{i}]"),
+            "finite numbers",
+            found,
+        ));
     }
     let middle = readings.iter().sum::<Vector3<f64>>() / readings.len() as f64;
     let scale = (readings
@@ -52,13 +57,12 @@ pub fn mag_ellipsoid(readings: &[Vector3<f64>]) -> Result<MagEllipsoid> {
         .sum::<f64>()
         / readings.len() as f64)
         .sqrt();
-    let no_ellipsoid = |found: String| -> crate::Error {
+    let no_ellipsoid = |found: String| -> Error {
         Error::value(
             "mag_ut",
             "readings that surround a centre, turned all ways",
             found,
         )
-        .into()
     };
     if scale <= 0.0 {
         return Err(no_ellipsoid("one and the same reading".into()));

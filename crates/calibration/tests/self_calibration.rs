@@ -2,10 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 use nalgebra::Vector2;
-use sphereflow_core::{DepthMap, Plane, RangeMap, Stamp};
-use sphereflow_odometry::{
+use sphereflow_calibration::{
     CalibrationStatus, SelfCalibration, SelfCalibrationConfig, SelfCalibrator,
 };
+use sphereflow_core::{DepthMap, Plane, RangeMap, Stamp};
 use sphereflow_sim::noise::{InverseDepthDistortion, KinectParameters};
 use sphereflow_sim::{DepthNoiseParameters, Motion, Scene, SimConfig, Simulator};
 use sphereflow_sphere::{Camera, DepthCorrection, DepthCorrector};

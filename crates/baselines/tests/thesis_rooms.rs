@@ -1,12 +1,12 @@
 //! What the thesis's recipe gives in rooms, exact and noisy, beside the engine's own method.
 //!
-//! `cargo test -p sphereflow-odometry --test thesis_rooms -- --nocapture` prints the table.
+//! `cargo test -p sphereflow-baselines --test thesis_rooms -- --nocapture` prints the table.
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sphereflow_alignment::{Config, VelocityEstimate, VelocityEstimator, twist_from_pose};
+use sphereflow_baselines::{ThesisConfig, ThesisEstimator, TimeRule};
 use sphereflow_core::{DepthMap, Pose, Twist};
-use sphereflow_odometry::{ThesisConfig, ThesisEstimator, TimeRule};
 use sphereflow_sim::noise::{DepthNoise, IndependentNoise};
 use sphereflow_sim::{Motion, Renderer, Scene};
 use sphereflow_sphere::Camera;

@@ -25,13 +25,13 @@ pub use config::SelfCalibrationConfig;
 pub use result::{CalibratedParameter, CalibrationStatus, HeldCombination, SelfCalibration};
 
 use crate::Result;
-use crate::odometry::{DepthOdometry, OdometryConfig, OdometryResult};
 use frames::Frame;
 use search::Search;
 use sphereflow_alignment::binning::{BlockRule, InverseDepth};
 use sphereflow_alignment::{Axis, DepthImage};
 use sphereflow_alignment::{Config, REFERENCE_WIDTH};
 use sphereflow_core::{Error as CoreError, Stamp, TrackStatus};
+use sphereflow_odometry::{DepthOdometry, OdometryConfig, OdometryResult};
 use sphereflow_sphere::Camera;
 
 /// Collects the frames of a recording and calibrates the camera that took them.

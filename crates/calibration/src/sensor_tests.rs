@@ -1,11 +1,12 @@
 //! Round trips of the calibrations, and what they say of recordings that do not excite them.
 
-use super::*;
-use crate::{Reason, Status};
-use nalgebra::{Matrix3, UnitQuaternion};
+use crate::{camera_imu, imu_still, mag_ellipsoid};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use sphereflow_core::Stamp;
+use sphereflow_observers::{Reason, Status};
 
 fn noise() -> impl FnMut(f64) -> Vector3<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);

@@ -1,17 +1,18 @@
 //! Self-calibration of real Kinects from their motion, without any truth.
 //!
 //! Runs where `SPHEREFLOW_DATA` names the folder of the recordings, and prints what it finds:
-//! `cargo test -p sphereflow-odometry --release --test self_calibration_real -- --nocapture
+//! `cargo test -p sphereflow-calibration --release --test self_calibration_real -- --nocapture
 //! --test-threads 1`.
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
+#[path = "../../odometry/tests/drift/mod.rs"]
 mod drift;
 
-use sphereflow_io::{OpenOptions, Recording, open_recording};
-use sphereflow_odometry::{
-    CalibratedParameter, CalibrationStatus, OdometryConfig, SelfCalibration, SelfCalibrationConfig,
-    SelfCalibrator,
+use sphereflow_calibration::{
+    CalibratedParameter, CalibrationStatus, SelfCalibration, SelfCalibrationConfig, SelfCalibrator,
 };
+use sphereflow_io::{OpenOptions, Recording, open_recording};
+use sphereflow_odometry::OdometryConfig;
 use std::time::Instant;
 
 fn calibrate(name: &str, recording: &Recording, config: SelfCalibrationConfig) -> SelfCalibration {
