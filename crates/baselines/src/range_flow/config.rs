@@ -3,6 +3,7 @@
 use crate::Result;
 use sphereflow_alignment::CovarianceModel;
 use sphereflow_core::Error;
+use sphereflow_core::checks::{each, non_negative, positive, share, within};
 use sphereflow_sphere::Camera;
 
 /// Settings of [`crate::RangeFlow`].
@@ -87,12 +88,8 @@ impl RangeFlowConfig {
             ("unobservable_score", self.unobservable_score),
             ("covariance.motion_share", self.covariance.motion_share),
         ];
-        for (name, value) in shares {
-            if !(0.0..=1.0).contains(&value) {
-                return Err(Error::value(name, "0 to 1", value));
-            }
-        }
-        let positive = [
+        each(share, &shares)?;
+        let sizes = [
             ("block_noise", self.block_noise),
             ("good_residual_scale", self.good_residual_scale),
             ("max_residual_scale", self.max_residual_scale),
@@ -101,20 +98,8 @@ impl RangeFlowConfig {
             ("max_rate_rad_s", self.max_rate_rad_s),
             ("covariance.scale", self.covariance.scale),
         ];
-        for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number", value));
-            }
-        }
-        let floor = self.covariance.floor_m;
-        if !(floor.is_finite() && floor >= 0.0) {
-            return Err(Error::value(
-                "covariance.floor_m",
-                "metres, not negative",
-                floor,
-            ));
-        }
-        Ok(())
+        each(positive, &sizes)?;
+        non_negative("covariance.floor_m", self.covariance.floor_m)
     }
 
     fn validate_levels(&self, camera: &Camera) -> Result<()> {
@@ -125,9 +110,7 @@ impl RangeFlowConfig {
         if self.min_blocks < 6 {
             return Err(Error::value("min_blocks", "6 or more", self.min_blocks));
         }
-        if !(1..=100).contains(&self.sweeps) {
-            return Err(Error::value("sweeps", "1 to 100", self.sweeps));
-        }
+        within("sweeps", self.sweeps, 1..=100)?;
         for &block in &self.levels {
             let (width, height) = (camera.width(), camera.height());
             let inner = |side: usize| (side / block.max(1)).saturating_sub(2);

@@ -4,11 +4,10 @@ use super::RangeFlowConfig;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
 use sphereflow_alignment::observability::{Cut, Spectrum};
+use sphereflow_core::statistics::{SIGMA_PER_MAD, median_mut};
 
 /// Cauchy's constant in units of the median absolute residual's sigma: 95 % efficiency.
 const CAUCHY: f64 = 2.385;
-/// Sigma of a normal distribution over its median absolute deviation.
-const SIGMA_PER_MAD: f64 = 1.4826;
 /// Exact data must not turn rounding errors into outliers: smallest scale in units of the noise.
 const SMALLEST_SCALE: f64 = 1e-3;
 /// Rows summed at once; the chunks are fixed, so that the sums do not depend on the threads.
@@ -153,12 +152,7 @@ impl Equations {
         self.sorted.clear();
         let residuals = self.rows.iter().map(|row| row.residual(motion).abs());
         self.sorted.extend(residuals.map(|r| r as f32));
-        if self.sorted.is_empty() {
-            return 0.0;
-        }
-        let middle = self.sorted.len() / 2;
-        let (_, median, _) = self.sorted.select_nth_unstable_by(middle, f32::total_cmp);
-        SIGMA_PER_MAD * f64::from(*median)
+        median_mut(&mut self.sorted).map_or(0.0, |median| SIGMA_PER_MAD * f64::from(median))
     }
 
     /// Weighted normal matrix, right-hand side and sum of squares, with the weights that `motion`

@@ -5,12 +5,12 @@ use super::equations::Row;
 use crate::Result;
 use nalgebra::{Matrix3, Vector3};
 use sphereflow_alignment::binning::{BlockRule, InverseDepth};
-use sphereflow_alignment::row_motion::{RollingShutter, RowMotion};
+use sphereflow_alignment::row_motion::RowMotion;
 use sphereflow_alignment::sphere_table::SphereTable;
 use sphereflow_alignment::warp::Warp;
 use sphereflow_alignment::{Axis, DepthImage};
 use sphereflow_core::Pose;
-use sphereflow_sphere::Camera;
+use sphereflow_sphere::{Camera, RollingShutter};
 
 /// Blocks of one size, with working memory.
 #[derive(Clone, Debug)]

@@ -17,9 +17,9 @@ use crate::Result;
 use equations::{Equations, Solution};
 use level::Level;
 use nalgebra::Vector6;
-use sphereflow_alignment::DepthImage;
-use sphereflow_alignment::VelocityEstimate;
-use sphereflow_alignment::{pose_from_twist, twist_from_pose};
+use sphereflow_alignment::{
+    DepthImage, PairInput, VelocityEstimate, pose_from_twist, twist_from_pose,
+};
 use sphereflow_core::{Error, Pose, Reason, Twist};
 use sphereflow_sphere::Camera;
 use verdict::{Verdict, lost};
@@ -98,12 +98,8 @@ impl RangeFlow {
         dt_s: f64,
         guess: &Pose,
     ) -> Result<VelocityEstimate> {
-        if !(dt_s.is_finite() && dt_s > 0.0) {
-            return Err(Error::value("dt_s", "a positive number of seconds", dt_s));
-        }
-        let (first, second) = (first.into(), second.into());
-        self.check(&first, "depth0")?;
-        self.check(&second, "depth1")?;
+        let PairInput { first, second, .. } =
+            PairInput::checked(&self.camera, first, second, dt_s)?;
         if first.axis() != second.axis() {
             let expected = "the kind of depth0, depth or range";
             return Err(Error::value("depth1", expected, "the other"));
@@ -112,16 +108,6 @@ impl RangeFlow {
             level.take(&first, &second, &self.config);
         }
         Ok(self.solve(dt_s, *guess))
-    }
-
-    fn check(&self, image: &DepthImage<'_>, argument: &str) -> Result<()> {
-        let (width, height) = (self.camera.width(), self.camera.height());
-        if image.size() == (width, height) {
-            return Ok(());
-        }
-        let (w, h) = image.size();
-        let expected = format!("{width}x{height} pixels as the camera");
-        Err(Error::shape(argument, expected, format!("{w}x{h} pixels")))
     }
 
     fn solve(&mut self, dt_s: f64, guess: Pose) -> VelocityEstimate {

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use sphereflow_alignment::Config;
-use sphereflow_core::Error;
+use sphereflow_core::checks::within;
 
 /// Where in time the contour integrals of (6.3) are taken, against the difference of both images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,15 +64,8 @@ impl ThesisConfig {
     /// # Errors
     /// A core value error naming the first setting out of its range.
     pub fn validate(&self) -> Result<()> {
-        let counts = [
-            ("domains", self.domains, 6),
-            ("min_domains", self.min_domains, 7),
-        ];
-        for (name, value, low) in counts {
-            if !(low..=100_000).contains(&value) {
-                return Err(Error::value(name, format!("{low} to 100000"), value));
-            }
-        }
+        within("domains", self.domains, 6..=100_000)?;
+        within("min_domains", self.min_domains, 7..=100_000)?;
         self.limits.validate()
     }
 }

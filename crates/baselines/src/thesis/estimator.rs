@@ -7,8 +7,8 @@ use super::solve::{Rows, Solution};
 use super::table::EdgeTable;
 use crate::Result;
 use sphereflow_alignment::observability::Cut;
-use sphereflow_alignment::{DepthImage, VelocityEstimate};
-use sphereflow_core::{Error, Reason, TrackStatus, Twist};
+use sphereflow_alignment::{DepthImage, PairInput, VelocityEstimate};
+use sphereflow_core::{Reason, TrackStatus, Twist};
 use sphereflow_sphere::Camera;
 
 /// The thesis's method for many pairs of images of one camera: tables and working memory are kept
@@ -17,7 +17,7 @@ use sphereflow_sphere::Camera;
 /// Thesis: section 6.2, section 6.3, section 6.4
 #[derive(Clone, Debug)]
 pub struct ThesisEstimator {
-    size: (usize, usize),
+    camera: Camera,
     config: ThesisConfig,
     balance: Balance,
     rows: Rows,
@@ -32,10 +32,10 @@ impl ThesisEstimator {
     pub fn new(camera: &Camera, config: ThesisConfig) -> Result<Self> {
         config.validate()?;
         let table = EdgeTable::new(camera)?;
-        let size = (camera.width(), camera.height());
-        let domains = Domains::new(size.0, size.1, config.domains, config.overlap);
+        let (width, height) = (camera.width(), camera.height());
+        let domains = Domains::new(width, height, config.domains, config.overlap);
         Ok(Self {
-            size,
+            camera: camera.clone(),
             config,
             balance: Balance::new(camera, &table, domains),
             rows: Rows::default(),
@@ -60,17 +60,8 @@ impl ThesisEstimator {
         second: impl Into<DepthImage<'a>>,
         dt_s: f64,
     ) -> Result<VelocityEstimate> {
-        if !(dt_s.is_finite() && dt_s > 0.0) {
-            return Err(Error::value("dt_s", "a positive number of seconds", dt_s));
-        }
-        let (first, second) = (first.into(), second.into());
-        for (name, image) in [("depth0", &first), ("depth1", &second)] {
-            let ((w, h), (width, height)) = (image.size(), self.size);
-            if (w, h) != (width, height) {
-                let expected = format!("{width}x{height} pixels as the camera");
-                return Err(Error::shape(name, expected, format!("{w}x{h} pixels")));
-            }
-        }
+        let PairInput { first, second, .. } =
+            PairInput::checked(&self.camera, first, second, dt_s)?;
         let known = self.balance.accumulate(&first, &second, self.config.time);
         if known < self.config.limits.min_known_share {
             return Ok(lost(Reason::FewKnownPixels { share: known }, known, 0));

@@ -4,9 +4,7 @@ use super::balance::{Balance, CellBalance};
 use super::config::{RowWeights, ThesisConfig};
 use nalgebra::{Matrix6, Vector6};
 use sphereflow_alignment::observability::{Cut, Spectrum};
-
-/// Sigma of a normal distribution over its median absolute deviation.
-const SIGMA_PER_MAD: f64 = 1.4826;
+use sphereflow_core::statistics::mad_sigma_mut;
 
 /// One domain: `rate = coefficients . [omega, v]`.
 #[derive(Clone, Copy, Debug)]
@@ -109,13 +107,8 @@ impl Rows {
         self.sorted.clear();
         let residuals = self.rows.iter();
         self.sorted
-            .extend(residuals.map(|row| (row.residual(twist) / row.per_inverse).abs()));
-        if self.sorted.is_empty() {
-            return 0.0;
-        }
-        let middle = self.sorted.len() / 2;
-        let (_, median, _) = self.sorted.select_nth_unstable_by(middle, f64::total_cmp);
-        SIGMA_PER_MAD * *median
+            .extend(residuals.map(|row| row.residual(twist) / row.per_inverse));
+        mad_sigma_mut(&mut self.sorted).unwrap_or(0.0)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use sphereflow_core::Error;
+use sphereflow_core::checks::{each, positive, within};
 
 /// Settings of [`crate::SelfCalibrator`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,11 +115,9 @@ impl SelfCalibrationConfig {
             ("max_gap", self.max_gap, self.min_gap, 1000),
         ];
         for (name, value, low, high) in counts {
-            if !(low..=high).contains(&value) {
-                return Err(Error::value(name, format!("{low} to {high}"), value));
-            }
+            within(name, value, low..=high)?;
         }
-        let positive = [
+        let sizes = [
             ("min_motion_m", self.min_motion_m),
             ("max_turn_rad", self.max_turn_rad),
             ("max_distance_m", self.max_distance_m),
@@ -129,15 +128,7 @@ impl SelfCalibrationConfig {
             ("observable_share", self.observable_share),
             ("least_noise", self.least_noise),
         ];
-        for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number", value));
-            }
-        }
-        if self.readout_s.is_nan() || self.readout_s.abs() > 1.0 {
-            let expected = "seconds, at most 1 either way";
-            return Err(Error::value("readout_s", expected, self.readout_s));
-        }
-        Ok(())
+        each(positive, &sizes)?;
+        within("readout_s", self.readout_s, -1.0..=1.0)
     }
 }

@@ -10,12 +10,11 @@ use sphereflow_alignment::observability::Spectrum;
 use sphereflow_alignment::pose_from_twist;
 use sphereflow_alignment::tiling::Tiling;
 use sphereflow_alignment::{CellSums, Pair, weak_form::WeakForm};
+use sphereflow_core::statistics::mad_sigma_mut;
 use sphereflow_core::{Pose, Twist};
 
 /// Cauchy's constant in units of the residuals' robust sigma: 95 % efficiency.
 const CAUCHY: f64 = 2.385;
-/// Sigma of a normal distribution over its median absolute deviation.
-const SIGMA_PER_MAD: f64 = 1.4826;
 /// Reweighted solves for the motion after each warp.
 const SWEEPS: usize = 5;
 /// Step of the differences by the motion, radians and metres: a pixel of a Kinect or less.
@@ -241,14 +240,9 @@ impl<'a> PairFit<'a> {
 
     /// Robust sigma of the residuals.
     fn noise(&self, step: &Vector6<f64>) -> f64 {
-        let residual = |row: &Row| (row.change - row.coefficients.dot(step)).abs();
-        let mut sizes: Vec<f64> = self.rows.iter().map(residual).collect();
-        let middle = sizes.len() / 2;
-        if sizes.is_empty() {
-            return f64::INFINITY;
-        }
-        let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-        SIGMA_PER_MAD * *median
+        let residual = |row: &Row| row.change - row.coefficients.dot(step);
+        let mut residuals: Vec<f64> = self.rows.iter().map(residual).collect();
+        mad_sigma_mut(&mut residuals).unwrap_or(f64::INFINITY)
     }
 
     /// Column `k` of `slopes`: difference from `base` by `step`, row by row.

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use sphereflow_alignment::Config;
 use sphereflow_alignment::tiling::Tiling;
 use sphereflow_alignment::twist_from_pose;
+use sphereflow_core::statistics::median_mut;
 use sphereflow_sphere::Camera;
 
 /// Solves for a pair's motion when it is first looked at, and later.
@@ -290,9 +291,8 @@ impl<'a> Search<'a> {
     /// Median residual of the pairs that fit now: under the values given, and now.
     fn residuals(&self) -> (f64, f64) {
         let median = |of: fn(&Candidate) -> f64| {
-            let mut sorted: Vec<f64> = self.candidates.iter().map(of).collect();
-            sorted.sort_by(f64::total_cmp);
-            sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+            let mut sizes: Vec<f64> = self.candidates.iter().map(of).collect();
+            median_mut(&mut sizes).unwrap_or(f64::NAN)
         };
         (median(|c| c.before), median(|c| c.now))
     }
