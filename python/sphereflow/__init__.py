@@ -33,7 +33,16 @@ from sphereflow import (
     solver,
     sphere,
 )
-from sphereflow._native import Camera, SphereGrid, Trajectory, __version__, associate
+from sphereflow._native import (
+    Calibration,
+    Camera,
+    SphereGrid,
+    Trajectory,
+    Update,
+    __version__,
+    associate,
+)
+from sphereflow.engine import Engine, ImuBatch, MagSample, RgbdFrame
 from sphereflow.errors import (
     DataError,
     DtypeError,

@@ -194,7 +194,7 @@ def test_run_options_reach_the_odometry(tmp_path, known_answers):
     result = invoke("run", "data", "--out", tmp_path / "out", *options)
     assert result.exit_code == 0, result.stderr
     assert known_answers.made[-1].readout_s == 0.03
-    assert not known_answers.made[-1].optimised
+    assert known_answers.made[-1].graph is None
     assert "none: not asked for" in result.output
     assert "30 ms (given)" in result.output
     assert "odometry_ape" not in result.output

@@ -48,16 +48,14 @@ pub struct EngineConfig {
 }
 
 impl EngineConfig {
-    /// Checks the settings that are the engine's own; those of the stages are checked by them.
+    /// Checks every setting.
     ///
     /// # Errors
     /// A core value error naming the first setting out of its range.
-    pub fn check(&self) -> Result<()> {
+    pub fn validate(&self) -> Result<()> {
+        self.odometry.validate()?;
         self.graph.validate()?;
-        let cloud = &self.map.cloud;
-        checks::positive("map.voxel_m", cloud.voxel_m)?;
-        checks::positive("map.max_range_m", cloud.max_range_m)?;
-        checks::within("map.stride", cloud.stride, 1..=1000)?;
-        checks::within("map.every", self.map.every, 0..=100_000)
+        checks::within("every", self.map.every, 0..=100_000)?;
+        self.map.cloud.validate()
     }
 }

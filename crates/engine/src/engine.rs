@@ -47,7 +47,7 @@ impl Engine {
     /// that is out of range.
     pub fn new(calibration: Calibration, config: EngineConfig) -> Result<Self> {
         calibration.check()?;
-        config.check()?;
+        config.validate()?;
         let front = Front::new(&calibration, config.odometry)?;
         let back = Back::new(front.camera(), calibration.is_registered(), config)?;
         Ok(Self {

@@ -26,6 +26,14 @@ pub enum World {
 }
 
 impl World {
+    /// Why the axes are the first camera's; `None` where they are along gravity.
+    pub fn because(&self) -> Option<&str> {
+        match self {
+            Self::GravityAligned => None,
+            Self::FirstCamera { because } => Some(because),
+        }
+    }
+
     /// `gravity-aligned` or `first-camera`.
     pub fn name(&self) -> &'static str {
         match self {

@@ -3,6 +3,7 @@
 mod alignment;
 mod baselines;
 mod depth;
+mod engine;
 mod flow;
 mod observers;
 
@@ -56,7 +57,7 @@ macro_rules! of_name {
         }, baselines::{RangeFlowConfig, ThesisConfig},
         depth::{
             DepthFilterConfig, FlowObserverConfig, DepthObserverConfig, SobolevConfig, TvDepthConfig
-        }, flow::{HornSchunckConfig, TvL1Config, RofConfig},
+        }, engine::{CloudConfig, MapConfig, EngineConfig}, flow::{HornSchunckConfig, TvL1Config, RofConfig},
         observers::{
             AttitudeConfig, ImuBiasConfig, ObserverGains, VelocityBiasConfig, FixedGains,
             NavigationConfig

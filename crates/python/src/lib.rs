@@ -3,10 +3,12 @@
 mod arrays;
 mod attitude;
 mod calibration;
+mod calibration_file;
 mod camera;
 mod config;
 mod depth;
 mod depth_thesis;
+mod engine;
 mod errors;
 mod flow;
 mod frame;
@@ -28,6 +30,7 @@ mod simulated_frame;
 mod slam;
 mod solver;
 mod trajectory;
+mod update;
 mod velocity;
 
 use pyo3::prelude::*;
@@ -42,6 +45,8 @@ mod _native {
     #[pymodule_export]
     use crate::calibration::{calibrate_camera_imu, calibrate_imu_still, calibrate_mag_ellipsoid};
     #[pymodule_export]
+    use crate::calibration_file::PyCalibration;
+    #[pymodule_export]
     use crate::camera::PyCamera;
     #[pymodule_export]
     use crate::config::{check_config, default_config};
@@ -51,6 +56,8 @@ mod _native {
     use crate::depth_thesis::{
         PyDepthObserver, PyFlowObserver, PyVariationalDepth, py_sobolev_depth, py_tv_l1_depth,
     };
+    #[pymodule_export]
+    use crate::engine::PyEngine;
     #[pymodule_export]
     use crate::flow::{py_horn_schunck, py_rof_denoise, py_tv_l1};
     #[pymodule_export]
@@ -90,6 +97,8 @@ mod _native {
     };
     #[pymodule_export]
     use crate::trajectory::{PyTrajectory, associate};
+    #[pymodule_export]
+    use crate::update::PyUpdate;
     #[pymodule_export]
     use crate::velocity::{PyVelocityEstimate, py_estimate_velocity};
 

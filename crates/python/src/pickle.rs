@@ -1,6 +1,7 @@
 //! Pickle and copy: `__reduce__` of a class names it and gives its plain values, `_restore` reads them.
 
 use crate::attitude::{PyAttitudeRun, PyAttitudeState};
+use crate::calibration_file::PyCalibration;
 use crate::camera::PyCamera;
 use crate::depth::PyDepthResult;
 use crate::depth_thesis::PyVariationalDepth;
@@ -15,6 +16,7 @@ use crate::plain::Plain;
 use crate::self_calibration::PySelfCalibration;
 use crate::solver::{PyMotion, PySolverResult};
 use crate::trajectory::PyTrajectory;
+use crate::update::PyUpdate;
 use crate::velocity::PyVelocityEstimate;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -56,6 +58,11 @@ pub fn restore(py: Python<'_>, class: &str, state: &Bound<'_, PyAny>) -> PyResul
         "Trajectory" => object!(PyTrajectory),
         "VelocityBiasState" => object!(PyVelocityBiasState),
         "VelocityEstimate" => object!(PyVelocityEstimate),
+        "Calibration" => {
+            let calibration = PyCalibration::of_text(&state.extract::<String>()?)?;
+            Ok(Py::new(py, calibration)?.into_any())
+        }
+        "Update" => object!(PyUpdate),
         "DepthResult" => Ok(Py::new(py, PyDepthResult::from_state(state)?)?.into_any()),
         "Frame" => Ok(Py::new(py, PyFrame::from_state(state)?)?.into_any()),
         "SolverResult" => Ok(Py::new(py, PySolverResult::from_plain(state)?)?.into_any()),

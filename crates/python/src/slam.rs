@@ -19,7 +19,7 @@ type Arrays<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<u8>>);
 
 /// A coloured point cloud, one mean point a voxel, in order of first sight.
 #[pyclass(name = "VoxelCloud", module = "sphereflow.slam")]
-pub struct PyVoxelCloud(VoxelCloud);
+pub struct PyVoxelCloud(pub VoxelCloud);
 
 #[pymethods]
 impl PyVoxelCloud {

@@ -2,7 +2,7 @@
 //! surface moves with the graph and no frame is read twice.
 
 use crate::{Result, VoxelCloud};
-use sphereflow_core::{DepthMap, Plane, Pose, RangeMap};
+use sphereflow_core::{DepthMap, Plane, Pose, RangeMap, checks};
 use sphereflow_sphere::Camera;
 
 /// One frame's distances: along the optical axis, or along the ray.
@@ -35,6 +35,19 @@ impl Default for CloudConfig {
             max_range_m: 5.0,
             max_points: 20_000_000,
         }
+    }
+}
+
+impl CloudConfig {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// A core value error naming the first setting out of its range.
+    pub fn validate(&self) -> Result<()> {
+        checks::positive("voxel_m", self.voxel_m)?;
+        checks::within("stride", self.stride, 1..=1000)?;
+        checks::positive("max_range_m", self.max_range_m)?;
+        checks::within("max_points", self.max_points, 1..=1 << 31)
     }
 }
 

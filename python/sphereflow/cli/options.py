@@ -37,6 +37,13 @@ RELATIONS: dict[PoseRelation, Relation] = {
 }
 
 
+class World(StrEnum):
+    """Axes of a run's world."""
+
+    AUTO = "auto"
+    FIRST_CAMERA = "first-camera"
+
+
 class Rule(StrEnum):
     """How poses are matched in time."""
 

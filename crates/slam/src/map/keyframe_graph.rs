@@ -31,6 +31,15 @@ pub struct Edge {
     pub information: Matrix6<f64>,
 }
 
+impl Edge {
+    /// Inverse covariance in the frame of the second: of the `xi` in `a_from_b * exp(xi)`.
+    pub fn information_of_second(&self) -> Matrix6<f64> {
+        let carry = se3::adjoint(&self.a_from_b);
+        let information = carry.transpose() * self.information * carry;
+        (information + information.transpose()) / 2.0
+    }
+}
+
 /// What [`super::Map::refine`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GraphReport {
@@ -106,10 +115,8 @@ fn graph_of(
     }
     for edge in edges {
         // The graph's residuals are twists in the frame of the second pose.
-        let carry = se3::adjoint(&edge.a_from_b);
-        let information = carry.transpose() * edge.information * carry;
-        let even = (information + information.transpose()) / 2.0;
-        graph.add_edge((edge.a, edge.b), edge.a_from_b, &even, EdgeKind::Loop)?;
+        let (ends, information) = ((edge.a, edge.b), edge.information_of_second());
+        graph.add_edge(ends, edge.a_from_b, &information, EdgeKind::Loop)?;
     }
     Ok(graph)
 }

@@ -34,6 +34,7 @@ struct FrameNode {
 pub struct Map {
     keyframes: Vec<Keyframe>,
     frames: Vec<FrameNode>,
+    edges: Vec<Edge>,
     epoch: u64,
 }
 
@@ -41,6 +42,11 @@ impl Map {
     /// The keyframes, in the order in which they were made.
     pub fn keyframes(&self) -> &[Keyframe] {
         &self.keyframes
+    }
+
+    /// The motions between keyframes that the last [`Map::refine`] measured.
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
     }
 
     /// Grows by one whenever keyframes move.
@@ -134,6 +140,7 @@ impl Map {
             for (keyframe, pose) in self.keyframes.iter_mut().zip(&solved.poses) {
                 keyframe.world_from_keyframe = *pose;
             }
+            self.edges = found.edges;
         }
         report.largest_change_m = self
             .poses()

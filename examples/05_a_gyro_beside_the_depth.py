@@ -1,7 +1,6 @@
-"""Keyframe odometry step by step, with a gyroscope, and the pose graph at the end.
+"""Odometry step by step with a gyroscope, beside the engine, which also compares its keyframes.
 
-The gyroscope tells the rotation where depth cannot, in front of a wall for example. `optimise`
-compares keyframes that see the same surface; `trajectory` then has the corrected poses.
+The gyroscope tells the rotation where depth cannot, in front of a wall for example.
 """
 
 import numpy as np
@@ -10,10 +9,12 @@ import sphereflow as sf
 room = sf.sim.Simulator(motion="room_tour", duration_s=6.0, image_sigma_grey=0.0)
 imu_ns, gyro_rad_s = room.imu["stamp_ns"], room.imu["gyro_rad_s"]
 odometry = sf.odometry.DepthOdometry(room.camera)
+engine = sf.Engine(room.camera)
 
 before_ns = None
 stamps_ns, measured = [], []
 for frame in room.frames():
+    engine.push(frame)
     rate = None
     if before_ns is not None:
         between = (imu_ns > before_ns) & (imu_ns <= frame.stamp_ns)
@@ -27,9 +28,10 @@ for frame in room.frames():
     before_ns = frame.stamp_ns
 
 poses = np.array(measured)
-as_measured = sf.Trajectory(np.array(stamps_ns), poses[:, :3], poses[:, 3:])
-report = odometry.optimise()
-print(f"{report.keyframes} keyframes, {report.edges} edges, {report.rejected} rejected")
-for name, path in {"as measured": as_measured, "corrected": odometry.trajectory()}.items():
+with_gyro = sf.Trajectory(np.array(stamps_ns), poses[:, :3], poses[:, 3:])
+graph = engine.finish()
+print(f"{graph['keyframes']} keyframes, {graph['edges']} edges, {graph['rejected']} rejected")
+published, final = engine.trajectory("causal"), engine.trajectory("final")
+for name, path in {"with gyro": with_gyro, "engine": published, "final": final}.items():
     rmse = sf.eval.ape(room.truth, path, align="se3").statistics.rmse
     print(f"{name:12s} {1000 * rmse:5.1f} mm over {len(path)} poses")
