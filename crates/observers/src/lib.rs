@@ -8,9 +8,14 @@
 pub mod attitude;
 mod checks;
 mod error;
+#[cfg(test)]
+mod flaws;
 pub mod imu_bias;
 mod imu_noise;
+mod kalman;
+mod limits;
 pub mod navigation;
+mod spikes;
 mod status;
 pub mod velocity_bias;
 

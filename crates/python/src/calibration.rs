@@ -1,9 +1,8 @@
 //! Calibration of inertial and magnetic sensors from recordings.
 
-use crate::arrays::{stamps, vectors3};
-use crate::attitude::{reason_text, xyzw};
+use crate::arguments::reason_text;
+use crate::arrays::{array1, square, stamps, vectors3, xyzw};
 use crate::errors::IntoPython;
-use crate::observers::{array1, square};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -1,11 +1,10 @@
 //! `ImuBiasEstimator`: biases of gyro and accelerometer from velocities, sample by sample and of a
 //! whole recording.
 
-use crate::arrays::{stamps, vectors3};
-use crate::attitude::{reason_text, vector3};
+use crate::arguments::{reason_text, unknown, vector3};
+use crate::arrays::{array1, square, stamps, vectors3};
 use crate::config::{keywords, settings};
 use crate::errors::{IntoPython, core_error};
-use crate::observers::{array1, square};
 use crate::pickle::{Reduced, reduced};
 use crate::plain::reason_values;
 use crate::plain::{Plain, named};
