@@ -1,13 +1,12 @@
 //! `AttitudeFilter` and `VisualAttitude`: attitude from inertial samples and from vision.
 
-use crate::arguments::{reason_text, rotation_from, unknown, vector3};
+use crate::arguments::{reason_text, rotation_from, vector3};
 use crate::arrays::{array1, floats, stamps, xyzw};
 use crate::config::{keywords, settings};
-use crate::errors::{IntoPython, Kind, core_error, exception};
+use crate::errors::IntoPython;
 use crate::pickle::{Reduced, reduced};
 use crate::plain::reason_values;
 use crate::plain::{Plain, named};
-use nalgebra::{UnitQuaternion, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

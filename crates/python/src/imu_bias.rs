@@ -1,7 +1,7 @@
 //! `ImuBiasEstimator`: biases of gyro and accelerometer from velocities, sample by sample and of a
 //! whole recording.
 
-use crate::arguments::{reason_text, unknown, vector3};
+use crate::arguments::{reason_text, vector3};
 use crate::arrays::{array1, square, stamps, vectors3};
 use crate::config::{keywords, settings};
 use crate::errors::{IntoPython, core_error};

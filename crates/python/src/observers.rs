@@ -8,7 +8,6 @@ use crate::errors::IntoPython;
 use crate::pickle::{Reduced, reduced};
 use crate::plain::reason_values;
 use crate::plain::{Plain, named};
-use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
