@@ -90,7 +90,7 @@ AXES = np.array([2.0, 1.6, 2.5])  # of the smooth convex room of the tests, metr
 
 
 def room_range(centre: Floats, world_from_camera: Floats, ray: Floats) -> float:
-    """Exact range along a ray of the camera frame inside the ellipsoid of half axes AXES, metres."""
+    """Exact range along a ray of the camera frame inside the ellipsoid of AXES, metres."""
     direction, start = (world_from_camera @ ray) / AXES, centre / AXES
     a, b, c = direction @ direction, direction @ start, start @ start - 1
     return float((-b + np.sqrt(b * b - a * c)) / a)

@@ -75,7 +75,8 @@ def test_range_rate_in_pinhole_coordinates_needs_the_norm_of_the_ray():
 
 
 def test_last_terms_of_the_observers_in_pinhole_coordinates_need_it_too():
-    # Thesis: eq. (3.4), eq. (3.8). At the true range both corrections vanish, and what is left is (1.23).
+    # Thesis: eq. (3.4), eq. (3.8). At the true range both corrections vanish, and what is left is
+    # (1.23).
     for z in PIXELS:
         f, g = flow_parts(z, V, W)
         d = range_here(z)
@@ -107,7 +108,8 @@ def test_pixels_of_the_cameras_of_chapter_4_are_not_square():
 
 
 def test_squared_gradient_has_squares_of_slopes():
-    # Section 2.2.1: printed with slopes of the square; the sum is n^2 (|slopes|^2 + (z . slopes)^2).
+    # Section 2.2.1: printed with slopes of the square; the sum is n^2 (|slopes|^2 + (z .
+    # slopes)^2).
     for z in PIXELS:
         s, n2 = slopes(range_here, z), 1 + z @ z
         truth = np.sum(gradient(lambda r: room_range(CENTRE, matrix(TURN), r), ray_of(z)) ** 2)
@@ -185,7 +187,8 @@ def test_steps_3_and_4_of_the_depth_algorithm_start_from_the_other_variable():
 
 
 def test_step_of_the_depth_algorithm_is_at_most_an_eighth():
-    # Section 2.2.2: steps 1 / (2 beta^2) and 2 beta^2 tau need tau |grad|^2 <= 1, and |grad|^2 -> 8.
+    # Section 2.2.2: steps 1 / (2 beta^2) and 2 beta^2 tau need tau |grad|^2 <= 1, and |grad|^2 ->
+    # 8.
     problem = TotalVariation()
     eighth = problem.energy(problem.run(3000, 0.125))
     quarter = problem.energy(problem.run(3000, 0.25))
@@ -202,8 +205,9 @@ def test_beta_of_the_depth_algorithm_is_a_step_not_a_weight():
 
 
 def test_split_functional_needs_a_large_beta():
-    # Section 2.1.4, on a constant: min over y, a of |a - d| + beta^2 (y - a)^2 + |y| (one pixel whose
-    # neighbour is held at zero); for beta -> infinity that is |y| + |y - d|, not so for a small beta.
+    # Section 2.1.4, on a constant: min over y, a of |a - d| + beta^2 (y - a)^2 + |y| (one pixel
+    # whose neighbour is held at zero); for beta -> infinity that is |y| + |y - d|, not so for a
+    # small beta.
     y = np.linspace(-2, 3, 2001)[:, None]
     a = np.linspace(-2, 3, 2001)[None]
     exact = np.min(0.5 * np.abs(y) + np.abs(y - 1.0))
@@ -303,9 +307,12 @@ def test_divergence_in_the_balance_is_plus_twice_the_product():
 def test_term_of_the_velocity_in_the_balance_is_subtracted():
     # Section 6.1: grad D^2 . (eta x (eta x v)) = div(D^2 eta x (eta x v)) - 2 D^2 eta . v.
     pose = matrix(TURN)
+
+    def square(ray: np.ndarray) -> float:
+        return room_range(CENTRE, pose, ray) ** 2
+
     for z in PIXELS:
         ray = ray_of(z)
-        square = lambda r: room_range(CENTRE, pose, r) ** 2  # noqa: E731
         left = gradient(square, ray) @ np.cross(ray, np.cross(ray, V))
         field = divergence(lambda r: square(r) * np.cross(r, np.cross(r, V)), ray)
         assert abs(left - (field - 2 * square(ray) * ray @ V)) < 1e-6

@@ -68,8 +68,8 @@ def test_double_product_with_the_axis_turns_the_ray_round():
 
 
 def test_errors_of_the_fields_are_driven_by_the_errors_of_the_biases():
-    # Thesis: eq. (5.19), eq. (5.20). Printed with the estimates of the biases on the right, and with
-    # the gradient of the estimate in the term of v.
+    # Thesis: eq. (5.19), eq. (5.20). Printed with the estimates of the biases on the right, and
+    # with the gradient of the estimate in the term of v.
     w_bias, v_bias = np.array([0.05, 0, 0]), np.array([0.5, 0, 0])
     w_hat, v_hat = w_bias + W_ERROR, v_bias + V_ERROR
     for ray in RAYS:
@@ -91,7 +91,8 @@ def test_errors_of_the_fields_are_driven_by_the_errors_of_the_biases():
 
 
 def test_rate_of_the_dissipation_has_the_sign_of_the_source():
-    # Thesis: eq. (5.32): the source of the range's error is + eta . v_b~, and the biases are errors.
+    # Thesis: eq. (5.32): the source of the range's error is + eta . v_b~, and the biases are
+    # errors.
     ray, d = RAYS[0], range_at(RAYS[0])
     g_hat, g_true = gradient(estimate, ray), gradient(range_at, ray)
     rates = []
@@ -111,8 +112,8 @@ def bumps(ray: Floats) -> float:
 
 
 def test_source_of_the_linear_bias_on_a_cap_has_the_window_in_it():
-    # Thesis: eq. (5.33). The window Lambda = phi D makes the source of the range's error phi eta . v~;
-    # a bias rate with eta instead of phi eta leaves (1 - phi) eta . v~ in the derivative of V.
+    # Thesis: eq. (5.33). The window Lambda = phi D makes the source of the range's error phi eta .
+    # v~; a bias rate with eta instead of phi eta leaves (1 - phi) eta . v~ in the derivative of V.
     rays, weights = sphere(40)
     phi = np.array([bumps(r) for r in rays])
     error = phi * 0.1 * rays[:, 0]
@@ -144,7 +145,7 @@ def test_terms_of_proposition_6_are_tangent_only_with_the_bracket_over_both():
 
 
 def bias_rates(metre: float) -> tuple[float, float]:
-    """Rates of (5.16) at one instant in units of `1 / metre` metres, k and lambda scaled as corrected."""
+    """Rates of (5.16) at one instant in units of `1 / metre` metres, gains in corrected units."""
     rays, weights = sphere(24)
     k_w, k_v, weight = 1e-5, 1e-2 * metre**2, 5000.0 / metre**2
     linear = angular = np.zeros(3)
@@ -158,8 +159,8 @@ def bias_rates(metre: float) -> tuple[float, float]:
 
 
 def test_gains_of_the_simulation_have_other_units_than_printed():
-    # Section 5.4.3: lambda_D is 5000 m^-2 (printed m^2) and k_omega rad^2 s^-2 (printed rad m s^-2):
-    # only so is the observer the same in centimetres.
+    # Section 5.4.3: lambda_D is 5000 m^-2 (printed m^2) and k_omega rad^2 s^-2 (printed rad m
+    # s^-2): only so is the observer the same in centimetres.
     assert bias_rates(1.0) == pytest.approx(bias_rates(100.0), rel=1e-6)
 
 
@@ -212,8 +213,8 @@ def test_sides_of_a_pinhole_rectangle_are_run_by_positive_lengths():
 
 
 def test_left_side_with_distortion_is_that_of_its_own_border():
-    # Section 6.3, row of the lower z1: its entries have the lower z1 itself; the second component of
-    # eta x n is printed with the square of the upper one, the first and n with a bare z1.
+    # Section 6.3, row of the lower z1: its entries have the lower z1 itself; the second component
+    # of eta x n is printed with the square of the upper one, the first and n with a bare z1.
     low, w, z = -0.35, 0.9, (-0.2, 0.3)
     upper = 0.5
 
@@ -233,8 +234,8 @@ def test_left_side_with_distortion_is_that_of_its_own_border():
 
 
 def test_angular_rates_cannot_agree_within_the_bias_that_they_differ_by():
-    # Section 6.4: "does not exceed 1e-3 rad/s", the gyros being biased; section 7.7 gives their bias
-    # in the same sequence.
+    # Section 6.4: "does not exceed 1e-3 rad/s", the gyros being biased; section 7.7 gives their
+    # bias in the same sequence.
     bias = np.array([1.04, -0.21, -0.43]) * 1e-3
     assert np.max(np.abs(bias)) > 1e-3
     assert np.linalg.norm(bias) > 1e-3
@@ -255,7 +256,7 @@ NONE = dict.fromkeys("awxvb", np.zeros(3))  # noises of a_m, omega_m, omega_bm, 
 
 
 def rates(errors: dict[str, Floats], noise: dict[str, Floats] = NONE) -> dict[str, Floats]:
-    """Rates of the errors of (7.4), from the observer itself; g and b of a body at rest in the world."""
+    """Rates of the errors of (7.4), from the observer itself."""
     w_bias, a_bias, a = (
         np.array([0.01, -0.02, 0.01]),
         np.array([0.1, 0, -0.1]),
@@ -290,7 +291,8 @@ def test_errors_of_the_imu_observer_are_coupled_by_the_estimated_velocity():
 
 
 def test_remainder_of_the_periodic_system_has_the_estimated_velocity_too():
-    # Thesis: eq. (7.8), from (7.5) less (7.6): -v^ x w~ and k_w2 v~ x v^; both fade as v~ and w~ do.
+    # Thesis: eq. (7.8), from (7.5) less (7.6): -v^ x w~ and k_w2 v~ x v^; both fade as v~ and w~
+    # do.
     found, e, v_hat = rates(STATE), STATE, V + STATE["v"]
     periodic = np.cross(e["v"], W) + e["g"] - e["a"] - GAINS["v"] * e["v"]
     assert np.allclose(found["v"] - periodic, -np.cross(v_hat, e["w"]), atol=1e-13)
@@ -335,8 +337,8 @@ def test_noise_of_the_field_meets_the_whole_gravity():
 
 
 def test_proposition_8_needs_the_observability_that_its_proof_uses():
-    # Proposition 8 asks for bounded velocities and a periodic rate; a body that does not turn is both,
-    # and an error along delta a = delta g orthogonal to the field never moves.
+    # Proposition 8 asks for bounded velocities and a periodic rate; a body that does not turn is
+    # both, and an error along delta a = delta g orthogonal to the field never moves.
     along = np.cross(FIELD, [1.0, 0, 0])
     still = {"v": np.zeros(3), "w": np.zeros(3), "g": along, "a": along}
     found = rates(still)
@@ -358,8 +360,8 @@ def test_field_is_no_part_of_the_state_that_tends_to_zero():
 
 
 def test_product_of_field_and_gravity_is_that_of_the_world():
-    # Section 7.1: g = q* G q with G = gravity itself gives b . g = G . B; with (C.5)'s g = -q* A q the
-    # printed A . B has the other sign.
+    # Section 7.1: g = q* G q with G = gravity itself gives b . g = G . B; with (C.5)'s g = -q* A q
+    # the printed A . B has the other sign.
     q_world = matrix(turn(np.array([0.4, -0.3, 0.8])))
     field = np.array([10.0, 40, -20])
     b = q_world.T @ field

@@ -25,7 +25,8 @@ R, T = FIRST_FROM_SECOND.T, -FIRST_FROM_SECOND.T @ CENTRE  # X2 = R X1 + T, as i
 
 
 def test_essential_matrix_with_the_translation_of_the_extrinsic_matrix_is_t_cross_r():
-    # Section 8.2: E = R [T]x is right for T = the second centre in the first frame, not for (1.7)'s T.
+    # Section 8.2: E = R [T]x is right for T = the second centre in the first frame, not for (1.7)'s
+    # T.
     def residual(e: Floats) -> float:
         return float(np.max(np.abs(np.sum(SECOND * (POINTS @ e.T), axis=1))))
 
@@ -35,7 +36,8 @@ def test_essential_matrix_with_the_translation_of_the_extrinsic_matrix_is_t_cros
 
 
 def test_homography_has_an_outer_product():
-    # Section 8.2: H = R + T n^T / d for a plane n . X = d of the first frame; printed R + T . n / d.
+    # Section 8.2: H = R + T n^T / d for a plane n . X = d of the first frame; printed R + T . n /
+    # d.
     normal, distance = np.array([0.1, -0.2, 0.97]), 2.0
     normal /= np.linalg.norm(normal)
     plane = POINTS * (distance / (POINTS @ normal))[:, None]
@@ -84,7 +86,8 @@ def pixel(k: Floats, point: Floats) -> Floats:
 
 
 def test_derivative_of_a_pixel_divides_by_depth():
-    # Thesis: eq. (8.1): column i of the row of point j, no sums, with the derivative of the division.
+    # Thesis: eq. (8.1): column i of the row of point j, no sums, with the derivative of the
+    # division.
     for point in POINTS:
         h = CAMERA @ np.append(point, 1)
         division = np.array([[1, 0, -h[0] / h[2]], [0, 1, -h[1] / h[2]]]) / h[2]
@@ -131,8 +134,8 @@ def test_normal_equations_of_the_blocks_need_measurement_less_model():
 
 
 def test_schur_complement_costs_the_square_of_the_views_of_each_point():
-    # Chapter 8 prints O(m^3 + m n), section 9.3.1 O(m^3 + m^2 n): where all see all, each of n points
-    # fills m^2 blocks of the reduced matrix.
+    # Chapter 8 prints O(m^3 + m n), section 9.3.1 O(m^3 + m^2 n): where all see all, each of n
+    # points fills m^2 blocks of the reduced matrix.
     def blocks(views: list[int]) -> int:
         return sum(k * k for k in views)
 
@@ -177,7 +180,8 @@ def test_three_points_with_depth_give_the_pose():
 
 
 def test_drift_about_the_vertical_is_yaw():
-    # Section 9.5.1 says pitch; in the angles of C.1.3 the rotation about y, the vertical, is psi = yaw.
+    # Section 9.5.1 says pitch; in the angles of C.1.3 the rotation about y, the vertical, is psi =
+    # yaw.
     heading = matrix(turn(np.array([0, 0.3, 0])))
     assert np.allclose(heading @ [0, 1, 0], [0, 1, 0])
     pitch = matrix(turn(np.array([0.3, 0, 0])))
@@ -227,8 +231,8 @@ def test_norm_of_the_printed_attitude_observer_is_unstable():
 
 
 def test_rate_of_the_attitude_jumps_where_the_visual_attitude_does():
-    # Section 9.6.1: "continuous and differentiable by construction": the rate jumps by K times twice
-    # the angle's half, whatever the filter did before.
+    # Section 9.6.1: "continuous and differentiable by construction": the rate jumps by K times
+    # twice the angle's half, whatever the filter did before.
     before = observer_rate(Q, Q, 2.0)
     after = observer_rate(Q, product(Q, turn(np.array([0.02, 0, 0]))), 2.0)
     assert np.linalg.norm(after - before) == pytest.approx(2.0 * 0.01, rel=1e-3)
@@ -241,7 +245,7 @@ GAIN = {"v": 1.5, "vx": 2.0, "x": 0.8}
 def position_rates(
     v_hat: Floats, x_hat: Floats, q_hat: Floats, gravity_sign: float = 1.0
 ) -> tuple[Floats, Floats]:
-    """Rates of (9.5), of the corrected sign of gravity unless said, for a body at X = 0 that moves by V."""
+    """Rates of (9.5) for a body at X = 0 that moves by V, gravity corrected unless said."""
     a = np.array([0.3, 0.1, -0.2])  # acceleration of the body, its own frame
     force = a - turned(conjugate(Q), GRAVITY)
     dv = np.cross(v_hat, W) + force + gravity_sign * turned(conjugate(q_hat), GRAVITY)
@@ -250,8 +254,8 @@ def position_rates(
 
 
 def test_gravity_is_added_in_the_position_observer():
-    # Thesis: eq. (9.5), eq. (C.5), section C.2: with y down, A = (0, 9.81, 0) is gravity itself and the
-    # acceleration of the body is a + q* A q; printed with a minus: 2 g off.
+    # Thesis: eq. (9.5), eq. (C.5), section C.2: with y down, A = (0, 9.81, 0) is gravity itself and
+    # the acceleration of the body is a + q* A q; printed with a minus: 2 g off.
     right, _ = position_rates(V, np.zeros(3), Q)
     printed, _ = position_rates(V, np.zeros(3), Q, -1.0)
     assert np.allclose(right, 0, atol=1e-14)
@@ -259,8 +263,8 @@ def test_gravity_is_added_in_the_position_observer():
 
 
 def test_velocity_in_the_world_is_q_v_q_star():
-    # Thesis: eq. (9.6). Printed with the estimate q^, but its rate is written for the true attitude:
-    # q (omega x v^ + dv^) q*.
+    # Thesis: eq. (9.6). Printed with the estimate q^, but its rate is written for the true
+    # attitude: q (omega x v^ + dv^) q*.
     v_hat = V + np.array([0.1, 0, -0.1])
     rate = np.array([0.2, -0.1, 0.3])
 
@@ -295,7 +299,8 @@ def test_error_of_position_is_drawn_back_by_its_own_gain():
 
 
 def test_tilt_enters_the_velocity_by_minus_twice_gravity_times_xi():
-    # Thesis: eq. (9.7), eq. (9.9): with + q* G q for - q* A q the term is -2 G x xi (printed + 2 A x xi).
+    # Thesis: eq. (9.7), eq. (9.9): with + q* G q for - q* A q the term is -2 G x xi (printed + 2 A
+    # x xi).
     theta = 1e-5 * np.array([1.0, -2, 3])
     tilted, _, xi, errors = world_rate(theta)
     level, _, _, _ = world_rate(np.zeros(3))
