@@ -40,7 +40,7 @@ HEAD = """# Where the thesis is in the code
 
 Made by `python tools/thesis_map.py` from the comments that name what they implement or show.
 Equations that are printed wrong are followed in their corrected form
-([docs/errata.md](docs/errata.md)). What the thesis claims in numbers and what was measured here is in
+([docs/errata.md](docs/errata.md)). What it claims in numbers, and what was measured here, is in
 [docs/claims.md](docs/claims.md).
 "By test only" means that no line of the product does it, and that a test holds it.
 """

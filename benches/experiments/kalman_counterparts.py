@@ -177,7 +177,7 @@ def turned(quat: Floats, vector: Floats) -> Floats:
 
 
 def localise(motion: Motion, readings: Readings, gain: float, position_gain: float) -> Floats:
-    """(9.2) then (9.5), corrected, from gyro and accelerometer without bias: angle, speed, place."""
+    """(9.2) then (9.5), corrected, from sensors without bias: errors of angle, speed, place."""
     attitude = VisualAttitude(gain)
     position = PositionObserver(
         readings.velocity[0],

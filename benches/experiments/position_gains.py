@@ -55,8 +55,8 @@ def main(out: Path) -> None:
         rows.append((place, formula, noise))
         print(
             f"(9.5), gains {k:g}: 0.5 deg of tilt leave {1e3 * place:.2f} mm (formula "
-            f"{1e3 * formula:.2f}), {1e3 * speed:.1f} mm/s (formula {1e3 * k * formula:.1f}); noise "
-            f"{1e3 * noise:.2f} mm; poles {np.round(slow, 2)}"
+            f"{1e3 * formula:.2f}), {1e3 * speed:.1f} mm/s (formula {1e3 * k * formula:.1f}); "
+            f"noise {1e3 * noise:.2f} mm; poles {np.round(slow, 2)}"
         )
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
     table = 1e3 * np.array(rows)

@@ -233,8 +233,8 @@ def growth_of_l2(width: float) -> tuple[float, float]:
 
 
 def test_l2_norm_of_an_error_at_the_focus_of_expansion_grows():
-    # Thesis: Remark 2, eq. (3.9), eq. (3.10). The determinant of (3.10) has a rate of its own: + half the
-    # divergence of the flow, positive there.
+    # Thesis: Remark 2, eq. (3.9), eq. (3.10). The determinant of (3.10) has a rate of its own:
+    # + half the divergence of the flow, positive there.
     rate, printed = growth_of_l2(0.1)
     assert printed < 0
     assert rate > 10 * abs(printed)
