@@ -20,7 +20,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use sphereflow_core::{Plane, Pose, Stamp};
-use sphereflow_flow::{
+use sphereflow_depth::{
     Brightness, DepthFilter, DepthFilterConfig, DepthStep, PoseNoise, VelocityNoise,
 };
 use sphereflow_sim::{Motion, Renderer};

@@ -1,6 +1,7 @@
 //! The point-wise peer: signs and frames, any camera, noise, and what it must not claim.
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
+#[path = "../../alignment/tests/scene/mod.rs"]
 mod scene;
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -8,10 +9,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use scene::{DT_S, Scene, pinhole, somewhere, twist, two_poses};
+use sphereflow_alignment::{CovarianceModel, VelocityEstimate, pose_from_twist};
 use sphereflow_core::{DepthMap, Plane, Pose, Reason, TrackStatus, Twist};
-use sphereflow_odometry::{
-    CovarianceModel, RangeFlow, RangeFlowConfig, VelocityEstimate, pose_from_twist,
-};
+use sphereflow_odometry::{RangeFlow, RangeFlowConfig};
 use sphereflow_sphere::Camera;
 
 /// What exact depth at 30 Hz must give, m/s and rad/s: as asked of the weak form.

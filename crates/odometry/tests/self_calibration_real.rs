@@ -35,7 +35,7 @@ fn calibrate(name: &str, recording: &Recording, config: SelfCalibrationConfig) -
 fn odometry(name: &str, recording: &Recording, found: &SelfCalibration) -> drift::Figures {
     let own = recording.calibration().unwrap();
     let mut calibration = own.with_camera(&found.camera).unwrap();
-    calibration.depth_correction = Some(found.correction);
+    calibration.depth_field = Some(found.correction);
     let options = OpenOptions {
         calibration: Some(calibration),
         ..OpenOptions::default()

@@ -1,14 +1,14 @@
 //! The thesis's method on exact depth: accuracy, order in time, what it says of bad input.
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
+#[path = "../../alignment/tests/scene/mod.rs"]
 mod scene;
 
 use nalgebra::{Vector3, Vector6};
 use scene::{DT_S, Scene, pinhole, somewhere, twist, two_poses};
+use sphereflow_alignment::{Config, VelocityEstimate};
 use sphereflow_core::{DepthMap, Plane, Reason, TrackStatus, Twist};
-use sphereflow_odometry::{
-    Config, RowWeights, ThesisConfig, ThesisEstimator, TimeRule, VelocityEstimate,
-};
+use sphereflow_odometry::{RowWeights, ThesisConfig, ThesisEstimator, TimeRule};
 use sphereflow_sphere::Camera;
 
 /// 10 cm/s and 6 deg/s: on exact depth of a convex room, m/s and rad/s. Creases that cross a domain's

@@ -4,11 +4,9 @@
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 use nalgebra::{UnitQuaternion, Vector3};
+use sphereflow_alignment::{Config, VelocityEstimate, VelocityEstimator, twist_from_pose};
 use sphereflow_core::{DepthMap, Pose, Twist};
-use sphereflow_odometry::{
-    Config, ThesisConfig, ThesisEstimator, TimeRule, VelocityEstimate, VelocityEstimator,
-    twist_from_pose,
-};
+use sphereflow_odometry::{ThesisConfig, ThesisEstimator, TimeRule};
 use sphereflow_sim::noise::{DepthNoise, IndependentNoise};
 use sphereflow_sim::{Motion, Renderer, Scene};
 use sphereflow_sphere::Camera;

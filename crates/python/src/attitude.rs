@@ -3,6 +3,8 @@
 use crate::arrays::{floats, stamps};
 use crate::errors::{IntoPython, Kind, core_error, exception};
 use crate::observers::array1;
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use nalgebra::{UnitQuaternion, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -38,7 +40,7 @@ pub fn xyzw(q: &UnitQuaternion<f64>) -> [f64; 4] {
 
 /// What the filter says after a sample.
 #[pyclass(name = "AttitudeState", module = "sphereflow.attitude", frozen)]
-pub struct PyAttitudeState(AttitudeState);
+pub struct PyAttitudeState(pub AttitudeState);
 
 #[pymethods]
 impl PyAttitudeState {
@@ -81,11 +83,15 @@ impl PyAttitudeState {
     fn __repr__(&self) -> String {
         format!("AttitudeState({})", self.0.status)
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "AttitudeState", self.0.to_plain(py)?)
+    }
 }
 
 /// The answers for a whole recording.
 #[pyclass(name = "AttitudeRun", module = "sphereflow.attitude", frozen)]
-pub struct PyAttitudeRun(AttitudeRun);
+pub struct PyAttitudeRun(pub AttitudeRun);
 
 #[pymethods]
 impl PyAttitudeRun {
@@ -130,6 +136,10 @@ impl PyAttitudeRun {
 
     fn __len__(&self) -> usize {
         self.0.status.len()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "AttitudeRun", self.0.to_plain(py)?)
     }
 }
 

@@ -4,11 +4,14 @@ use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use crate::flow::{grey, plane_array};
 use crate::motion_arguments::{deviation, vector3_of};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::{Plain, dict_of, field, item};
 use crate::trajectory::{pose_from, pose_matrix};
 use numpy::PyArray2;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use sphereflow_core::{Plane, Stamp, Twist};
-use sphereflow_flow::{
+use sphereflow_depth::{
     Brightness, DepthFilter, DepthFilterConfig, DepthStatus, PoseNoise, VelocityNoise,
 };
 
@@ -31,6 +34,18 @@ impl PyDepthResult {
             status,
             sigma_grey: f32::NAN,
             fitting_share: f32::NAN,
+        })
+    }
+
+    /// From the state that `__reduce__` gives.
+    pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let dict = dict_of(state)?;
+        Ok(Self {
+            range: item(dict, "range")?.extract::<Py<PyArray2<f32>>>()?,
+            std: item(dict, "std")?.extract::<Option<Py<PyArray2<f32>>>>()?,
+            status: field(dict, "status")?,
+            sigma_grey: item(dict, "sigma_grey")?.extract()?,
+            fitting_share: item(dict, "fitting_share")?.extract()?,
         })
     }
 }
@@ -72,6 +87,16 @@ impl PyDepthResult {
     #[getter]
     fn fitting_share(&self) -> f32 {
         self.fitting_share
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let state = PyDict::new(py);
+        state.set_item("range", self.range.bind(py))?;
+        state.set_item("std", &self.std)?;
+        state.set_item("status", self.status.to_plain(py)?)?;
+        state.set_item("sigma_grey", self.sigma_grey)?;
+        state.set_item("fitting_share", self.fitting_share)?;
+        reduced(py, "DepthResult", state.into_any())
     }
 
     fn __repr__(&self) -> String {

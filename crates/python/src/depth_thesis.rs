@@ -3,10 +3,14 @@
 use crate::camera::PyCamera;
 use crate::depth::{PyDepthResult, twist};
 use crate::errors::IntoPython;
-use crate::flow::{flow_from, grey, plane_array, positive};
+use crate::flow::{flow_from, grey, plane_array};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::{dict_of, item};
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use sphereflow_flow::{
+use pyo3::types::PyDict;
+use sphereflow_core::checks::positive;
+use sphereflow_depth::{
     DataTerm, DepthObserver, FlowObserver, ObserverConfig, PixelRays, SobolevConfig, SobolevDepth,
     TvDepth, TvDepthConfig, VariationalDepth,
 };
@@ -116,6 +120,19 @@ pub struct PyVariationalDepth {
     iterations: usize,
 }
 
+impl PyVariationalDepth {
+    /// From the state that `__reduce__` gives.
+    pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let dict = dict_of(state)?;
+        Ok(Self {
+            inv_range: item(dict, "inv_range")?.extract::<Py<PyArray2<f32>>>()?,
+            energy: item(dict, "energy")?.extract()?,
+            residual: item(dict, "residual")?.extract()?,
+            iterations: item(dict, "iterations")?.extract()?,
+        })
+    }
+}
+
 #[pymethods]
 impl PyVariationalDepth {
     /// 1/D per metre, (H, W); NaN where unknown, everywhere without translation.
@@ -140,6 +157,15 @@ impl PyVariationalDepth {
     #[getter]
     fn iterations(&self) -> usize {
         self.iterations
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let state = PyDict::new(py);
+        state.set_item("inv_range", self.inv_range.bind(py))?;
+        state.set_item("energy", self.energy)?;
+        state.set_item("residual", self.residual)?;
+        state.set_item("iterations", self.iterations)?;
+        reduced(py, "VariationalDepth", state.into_any())
     }
 }
 
@@ -250,7 +276,7 @@ pub fn py_tv_l1_depth(
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
     let twist = twist(v_m_s, omega_rad_s)?;
     let start = start.map(|start| grey(start, "start")).transpose()?;
-    positive(weight, "weight")?;
+    positive("weight", weight).into_python()?;
     let config = TvDepthConfig {
         lambda: weight,
         iterations,

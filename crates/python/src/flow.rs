@@ -1,22 +1,15 @@
 //! `sphereflow.flow`: optical flow between two images, and denoising.
 
 use crate::arrays::floats;
-use crate::errors::{IntoPython, Kind, core_error, exception};
+use crate::errors::{IntoPython, Kind, exception};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_core::Plane;
+use sphereflow_core::checks::positive;
 use sphereflow_flow::{
-    Error, FlowField, HornSchunckConfig, HornSchunckSolver, RofConfig, TvL1Config, horn_schunck,
+    FlowField, HornSchunckConfig, HornSchunckSolver, RofConfig, TvL1Config, horn_schunck,
     rof_denoise, tv_l1,
 };
-
-impl<T> IntoPython<T> for Result<T, Error> {
-    fn into_python(self) -> PyResult<T> {
-        self.map_err(|error| match error {
-            Error::Core(error) => core_error(&error),
-        })
-    }
-}
 
 /// An `(H, W)` image of brightness, of any number type.
 pub fn grey(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Plane<f32>> {
@@ -24,15 +17,6 @@ pub fn grey(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Plane<f32>> {
     let (height, width) = (array.shape()[0], array.shape()[1]);
     let data = array.as_slice()?.iter().map(|v| *v as f32).collect();
     Plane::from_vec(width, height, data).into_python()
-}
-
-/// Refuses what is not a positive finite number, by the name it has in Python.
-pub fn positive(value: f64, name: &str) -> PyResult<()> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    let text = format!("{name}: expected a positive finite number, found {value}");
-    Err(exception(Kind::Value, text))
 }
 
 /// An `(H, W)` array of a plane.
@@ -179,7 +163,7 @@ pub fn py_tv_l1<'py>(
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
     let start = start.map(|start| flow_from(start, "start")).transpose()?;
     if let Some(weight) = weight {
-        positive(f64::from(weight), "weight")?;
+        positive("weight", f64::from(weight)).into_python()?;
     }
     let config = TvL1Config {
         lambda: weight,
@@ -223,7 +207,7 @@ pub fn py_rof_denoise<'py>(
     iterations: usize,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let image = grey(image, "image")?;
-    positive(f64::from(weight), "weight")?;
+    positive("weight", f64::from(weight)).into_python()?;
     let config = RofConfig {
         beta2: weight,
         iterations,

@@ -5,6 +5,8 @@ use crate::arrays::{stamps, vectors3};
 use crate::attitude::{reason_text, unknown, vector3};
 use crate::errors::{IntoPython, core_error};
 use crate::observers::{array1, square};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -83,7 +85,7 @@ fn samples(
 
 /// The answers for a recording.
 #[pyclass(name = "ImuBiasRun", module = "sphereflow.observers", frozen)]
-pub struct PyImuBiasRun(ImuBiasRun);
+pub struct PyImuBiasRun(pub ImuBiasRun);
 
 impl PyImuBiasRun {
     fn rows<'py>(
@@ -148,11 +150,15 @@ impl PyImuBiasRun {
     fn __len__(&self) -> usize {
         self.0.states.len()
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "ImuBiasRun", self.0.to_plain(py)?)
+    }
 }
 
 /// What is known of the IMU's biases after a sample; body frame.
 #[pyclass(name = "ImuBiasState", module = "sphereflow.observers", frozen)]
-pub struct PyImuBiasState(ImuBiasState);
+pub struct PyImuBiasState(pub ImuBiasState);
 
 #[pymethods]
 impl PyImuBiasState {
@@ -197,6 +203,10 @@ impl PyImuBiasState {
     #[getter]
     fn reason(&self) -> Option<String> {
         reason_text(self.0.status.reason())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "ImuBiasState", self.0.to_plain(py)?)
     }
 }
 

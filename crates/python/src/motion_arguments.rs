@@ -5,8 +5,8 @@ use crate::errors::{Kind, exception};
 use nalgebra::{Matrix6, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use sphereflow_alignment::{Config, DepthImage, Method, NoiseModel};
 use sphereflow_core::{DepthMap, RangeMap, TrackStatus};
-use sphereflow_odometry::{Config, DepthImage, Method, NoiseModel};
 
 /// A depth image of the camera's size: along the axis, or along the ray where `along == "ray"`.
 pub enum Image {

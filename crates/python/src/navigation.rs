@@ -4,6 +4,8 @@ use crate::arrays::floats;
 use crate::attitude::{reason_text, vector3, xyzw};
 use crate::errors::IntoPython;
 use crate::observers::{array1, covariance3, square};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use crate::trajectory::pose_from;
 use nalgebra::{Matrix6, Vector6};
 use numpy::{PyArray1, PyArray2};
@@ -21,7 +23,7 @@ fn outcome(status: Status) -> Outcome {
 
 /// What the filter says of an instant.
 #[pyclass(name = "NavigationState", module = "sphereflow.navigation", frozen)]
-pub struct PyNavigationState(NavigationState);
+pub struct PyNavigationState(pub NavigationState);
 
 #[pymethods]
 impl PyNavigationState {
@@ -89,6 +91,10 @@ impl PyNavigationState {
 
     fn __repr__(&self) -> String {
         format!("NavigationState({})", self.0.status)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "NavigationState", self.0.to_plain(py)?)
     }
 }
 

@@ -4,6 +4,8 @@ use crate::arrays::{floats, metres};
 use crate::attitude::{reason_text, unknown, vector3};
 use crate::camera::PyCamera;
 use crate::errors::IntoPython;
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -26,7 +28,7 @@ pub fn square<'py>(py: Python<'py>, flat: &[f64], n: usize) -> PyResult<Bound<'p
 
 /// What is known of the velocity biases after a pair of images.
 #[pyclass(name = "VelocityBiasState", module = "sphereflow.observers", frozen)]
-pub struct PyVelocityBiasState(VelocityBiasState);
+pub struct PyVelocityBiasState(pub VelocityBiasState);
 
 #[pymethods]
 impl PyVelocityBiasState {
@@ -77,6 +79,10 @@ impl PyVelocityBiasState {
 
     fn __repr__(&self) -> String {
         format!("VelocityBiasState({})", self.0.status)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "VelocityBiasState", self.0.to_plain(py)?)
     }
 }
 

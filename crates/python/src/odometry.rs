@@ -1,25 +1,18 @@
 //! `DepthOdometry`: poses of a moving depth camera.
 
 use crate::camera::PyCamera;
-use crate::errors::{IntoPython, Kind, core_error, exception};
+use crate::errors::{IntoPython, Kind, exception};
 use crate::motion_arguments::{Image, config, deviation, matrix6, reason, vector3, vector3_of};
-use crate::trajectory::{PyTrajectory, pose_matrix};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
+use crate::trajectory::pose_matrix;
 use nalgebra::{Matrix6, Vector3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use sphereflow_alignment::CovarianceModel;
 use sphereflow_core::{Stamp, Twist};
-use sphereflow_odometry::{
-    CovarianceModel, DepthOdometry, Error, Gyro, OdometryConfig, OdometryResult, OptimiseReport,
-};
-
-impl<T> IntoPython<T> for Result<T, Error> {
-    fn into_python(self) -> PyResult<T> {
-        self.map_err(|error| match error {
-            Error::Core(error) => core_error(&error),
-        })
-    }
-}
+use sphereflow_odometry::{DepthOdometry, Gyro, OdometryConfig, OdometryResult};
 
 /// What became of one frame.
 #[pyclass(name = "OdometryResult", module = "sphereflow.odometry", frozen)]
@@ -177,60 +170,17 @@ impl PyOdometryResult {
             self.0.stamp, self.0.status, p.x, p.y, p.z
         )
     }
-}
 
-/// What comparing the keyframes gave.
-#[pyclass(name = "OptimiseReport", module = "sphereflow.odometry", frozen)]
-pub struct PyOptimiseReport(OptimiseReport);
-
-#[pymethods]
-impl PyOptimiseReport {
-    /// Keyframes of the run.
-    #[getter]
-    fn keyframes(&self) -> usize {
-        self.0.keyframes
-    }
-
-    /// Pairs of keyframes whose motion was measured.
-    #[getter]
-    fn edges(&self) -> usize {
-        self.0.edges
-    }
-
-    /// Those that do not fit the others, and hardly count.
-    #[getter]
-    fn rejected(&self) -> usize {
-        self.0.rejected
-    }
-
-    /// Pairs that were compared without result.
-    #[getter]
-    fn failed(&self) -> usize {
-        self.0.failed
-    }
-
-    /// False where the fit did not settle.
-    #[getter]
-    fn converged(&self) -> bool {
-        self.0.converged
-    }
-
-    /// Largest change of a keyframe's position, metres.
-    #[getter]
-    fn largest_change_m(&self) -> f64 {
-        self.0.largest_change_m
-    }
-
-    fn __repr__(&self) -> String {
-        format!("{:?}", self.0)
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "OdometryResult", self.0.to_plain(py)?)
     }
 }
 
 /// Poses of a moving depth camera, one frame at a time.
 ///
 /// The world is the camera frame of the first frame. Each frame is measured against a keyframe, so
-/// that errors do not add up frame by frame; `optimise` compares the keyframes with each other at
-/// the end. Results are the same for any number of threads.
+/// that errors do not add up frame by frame; `sphereflow.Engine` also compares the keyframes with
+/// each other. Results are the same for any number of threads.
 ///
 /// Parameters
 /// ----------
@@ -354,40 +304,5 @@ impl PyDepthOdometry {
         py.detach(|| odometry.push_with_gyro(image.view(), stamp, gyro))
             .into_python()
             .map(PyOdometryResult)
-    }
-
-    /// Compare keyframes that see the same surface and fit all poses to the measured motions.
-    ///
-    /// `trajectory` then has the corrected poses; results of `push` stay as they were, and later
-    /// frames go on from the corrected ones.
-    ///
-    /// Parameters
-    /// ----------
-    /// progress : callable, optional
-    ///     Called with the keyframes done and the keyframes in all.
-    #[pyo3(signature = (progress = None))]
-    fn optimise(
-        &mut self,
-        py: Python<'_>,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<PyOptimiseReport> {
-        let odometry = &mut self.odometry;
-        let mut failure = None;
-        let report = py.detach(|| {
-            odometry.optimise_with(|done, total| {
-                if let (Some(progress), true) = (&progress, failure.is_none()) {
-                    failure = Python::attach(|py| progress.call1(py, (done, total)).err());
-                }
-            })
-        });
-        match failure {
-            Some(error) => Err(error),
-            None => Ok(PyOptimiseReport(report)),
-        }
-    }
-
-    /// Poses of all frames that have one: those of `push`, corrected once `optimise` was called.
-    fn trajectory(&self) -> PyResult<PyTrajectory> {
-        self.odometry.trajectory().into_python().map(PyTrajectory)
     }
 }

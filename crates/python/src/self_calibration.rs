@@ -4,6 +4,8 @@ use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use crate::motion_arguments::Image;
 use crate::odometry::PyOdometryResult;
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use crate::recording::PyRecording;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -17,7 +19,7 @@ use std::path::PathBuf;
 
 /// What a self-calibration found, and what the motion let it see.
 #[pyclass(name = "SelfCalibration", module = "sphereflow.odometry", frozen)]
-pub struct PySelfCalibration(SelfCalibration);
+pub struct PySelfCalibration(pub SelfCalibration);
 
 #[pymethods]
 impl PySelfCalibration {
@@ -174,7 +176,7 @@ impl PySelfCalibration {
         };
         let mut calibration = own.with_camera(&self.0.camera).into_python()?;
         let correction = self.0.correction;
-        calibration.depth_correction = (!correction.is_identity()).then_some(correction);
+        calibration.depth_field = (!correction.is_identity()).then_some(correction);
         calibration.readout_s = (self.0.readout_s != 0.0).then_some(self.0.readout_s);
         calibration.write(&path).into_python()
     }
@@ -184,6 +186,10 @@ impl PySelfCalibration {
             "SelfCalibration({}, {} pairs, residual {:.3e} -> {:.3e} 1/m)",
             self.0.status, self.0.pairs, self.0.residual_before, self.0.residual_after
         )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "SelfCalibration", self.0.to_plain(py)?)
     }
 }
 

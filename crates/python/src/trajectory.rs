@@ -2,6 +2,8 @@
 
 use crate::arrays::{floats, stamps};
 use crate::errors::{IntoPython, Kind, exception};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_core::{Pose, Stamp, Trajectory, associate as associate_stamps};
@@ -166,6 +168,10 @@ impl PyTrajectory {
             .interpolate(Stamp::from_ns(stamp_ns), max_gap_s)
             .map(|pose| pose_matrix(py, &pose))
             .transpose()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "Trajectory", self.0.to_plain(py)?)
     }
 }
 

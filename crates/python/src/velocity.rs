@@ -4,15 +4,15 @@ use crate::arrays::brightness;
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use crate::motion_arguments::{Image, config, deviation, matrix6, reason, vector3, vector3_of};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use sphereflow_alignment::{Also, Config, VelocityEstimate, VelocityEstimator, VelocityPrior};
 use sphereflow_core::Twist;
-use sphereflow_odometry::{
-    Also, Config, Gyro, ThesisConfig, ThesisEstimator, VelocityEstimate, VelocityEstimator,
-    VelocityPrior,
-};
+use sphereflow_odometry::{Gyro, ThesisConfig, ThesisEstimator};
 use sphereflow_sphere::Camera;
 use std::sync::Mutex;
 
@@ -71,7 +71,7 @@ impl PyVelocityEstimate {
     /// name ("translation along (1.00, 0.00, 0.00)").
     #[getter]
     fn weak_directions<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let entry = |weak: &sphereflow_odometry::WeakDirection| {
+        let entry = |weak: &sphereflow_alignment::WeakDirection| {
             let dict = PyDict::new(py);
             let direction: &Vector6<f64> = &weak.direction;
             dict.set_item("direction", PyArray1::from_slice(py, direction.as_slice()))?;
@@ -134,6 +134,10 @@ impl PyVelocityEstimate {
             self.0.status, v.x, v.y, v.z, w.x, w.y, w.z
         )
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "VelocityEstimate", self.0.to_plain(py)?)
+    }
 }
 
 /// The estimator of the last call: its tables take longer to build than a pair to measure.
@@ -143,7 +147,7 @@ static KEPT: Mutex<Option<VelocityEstimator>> = Mutex::new(None);
 fn kept_estimator(
     camera: &Camera,
     config: Config,
-) -> Result<VelocityEstimator, sphereflow_odometry::Error> {
+) -> Result<VelocityEstimator, sphereflow_core::Error> {
     let kept = KEPT.lock().ok().and_then(|mut kept| kept.take());
     match kept.filter(|kept| kept.camera() == camera && *kept.config() == config) {
         Some(estimator) => Ok(estimator),

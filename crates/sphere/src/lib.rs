@@ -4,6 +4,7 @@
 //! (thesis, section 1.2). A camera model only says which rays its pixels are; a [`SphereGrid`]
 //! samples them and brings the calculus of the sphere.
 
+mod calibration;
 pub mod camera;
 pub mod depth_correction;
 mod grid;
@@ -13,6 +14,7 @@ mod range;
 pub mod sampling;
 mod warp;
 
+pub use calibration::Calibration;
 pub use camera::Camera;
 pub use depth_correction::{DepthCorrection, DepthCorrector};
 pub use grid::{Border, Edge, SphereGrid, laplacian_discrepancy};

@@ -1,6 +1,7 @@
 //! The settings of the point-wise range flow, with the reasons for their defaults.
 
-use crate::{CovarianceModel, Result};
+use crate::Result;
+use sphereflow_alignment::CovarianceModel;
 use sphereflow_core::Error;
 use sphereflow_sphere::Camera;
 
@@ -88,7 +89,7 @@ impl RangeFlowConfig {
         ];
         for (name, value) in shares {
             if !(0.0..=1.0).contains(&value) {
-                return Err(Error::value(name, "0 to 1", value).into());
+                return Err(Error::value(name, "0 to 1", value));
             }
         }
         let positive = [
@@ -102,12 +103,16 @@ impl RangeFlowConfig {
         ];
         for (name, value) in positive {
             if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number", value).into());
+                return Err(Error::value(name, "a positive number", value));
             }
         }
         let floor = self.covariance.floor_m;
         if !(floor.is_finite() && floor >= 0.0) {
-            return Err(Error::value("covariance.floor_m", "metres, not negative", floor).into());
+            return Err(Error::value(
+                "covariance.floor_m",
+                "metres, not negative",
+                floor,
+            ));
         }
         Ok(())
     }
@@ -115,32 +120,32 @@ impl RangeFlowConfig {
     fn validate_levels(&self, camera: &Camera) -> Result<()> {
         let name = "levels";
         if self.levels.is_empty() {
-            return Err(Error::value(name, "one block size at least", "none").into());
+            return Err(Error::value(name, "one block size at least", "none"));
         }
         if self.min_blocks < 6 {
-            return Err(Error::value("min_blocks", "6 or more", self.min_blocks).into());
+            return Err(Error::value("min_blocks", "6 or more", self.min_blocks));
         }
         if !(1..=100).contains(&self.sweeps) {
-            return Err(Error::value("sweeps", "1 to 100", self.sweeps).into());
+            return Err(Error::value("sweeps", "1 to 100", self.sweeps));
         }
         for &block in &self.levels {
             let (width, height) = (camera.width(), camera.height());
             let inner = |side: usize| (side / block.max(1)).saturating_sub(2);
             if !(1..=MAX_BLOCK).contains(&block) {
                 let expected = format!("blocks of 1 to {MAX_BLOCK} pixels");
-                return Err(Error::value(name, expected, block).into());
+                return Err(Error::value(name, expected, block));
             }
             if inner(width) * inner(height) < self.min_blocks {
                 let expected = format!(
                     "blocks that leave {} with neighbours in {width}x{height} pixels",
                     self.min_blocks
                 );
-                return Err(Error::value(name, expected, block).into());
+                return Err(Error::value(name, expected, block));
             }
         }
         if self.levels.windows(2).any(|pair| pair[0] < pair[1]) {
             let found = format!("{:?}", self.levels);
-            return Err(Error::value(name, "coarse to fine", found).into());
+            return Err(Error::value(name, "coarse to fine", found));
         }
         Ok(())
     }

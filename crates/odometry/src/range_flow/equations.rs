@@ -1,9 +1,9 @@
 //! The robust solution of the blocks' equations for one motion.
 
 use super::RangeFlowConfig;
-use crate::observability::{Cut, Spectrum};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
+use sphereflow_alignment::observability::{Cut, Spectrum};
 
 /// Cauchy's constant in units of the median absolute residual's sigma: 95 % efficiency.
 const CAUCHY: f64 = 2.385;

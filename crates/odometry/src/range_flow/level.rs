@@ -3,12 +3,12 @@
 use super::RangeFlowConfig;
 use super::equations::Row;
 use crate::Result;
-use crate::binning::{BlockRule, InverseDepth};
-use crate::depth_image::{Axis, DepthImage};
-use crate::row_motion::{RollingShutter, RowMotion};
-use crate::sphere_table::SphereTable;
-use crate::warp::Warp;
 use nalgebra::{Matrix3, Vector3};
+use sphereflow_alignment::binning::{BlockRule, InverseDepth};
+use sphereflow_alignment::row_motion::{RollingShutter, RowMotion};
+use sphereflow_alignment::sphere_table::SphereTable;
+use sphereflow_alignment::warp::Warp;
+use sphereflow_alignment::{Axis, DepthImage};
 use sphereflow_core::Pose;
 use sphereflow_sphere::Camera;
 

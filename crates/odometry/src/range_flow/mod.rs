@@ -14,12 +14,12 @@ mod verdict;
 pub use config::RangeFlowConfig;
 
 use crate::Result;
-use crate::depth_image::DepthImage;
-use crate::estimate::VelocityEstimate;
-use crate::motion::{pose_from_twist, twist_from_pose};
 use equations::{Equations, Solution};
 use level::Level;
 use nalgebra::Vector6;
+use sphereflow_alignment::DepthImage;
+use sphereflow_alignment::VelocityEstimate;
+use sphereflow_alignment::{pose_from_twist, twist_from_pose};
 use sphereflow_core::{Error, Pose, Reason, Twist};
 use sphereflow_sphere::Camera;
 use verdict::{Verdict, lost};
@@ -99,14 +99,14 @@ impl RangeFlow {
         guess: &Pose,
     ) -> Result<VelocityEstimate> {
         if !(dt_s.is_finite() && dt_s > 0.0) {
-            return Err(Error::value("dt_s", "a positive number of seconds", dt_s).into());
+            return Err(Error::value("dt_s", "a positive number of seconds", dt_s));
         }
         let (first, second) = (first.into(), second.into());
         self.check(&first, "depth0")?;
         self.check(&second, "depth1")?;
         if first.axis() != second.axis() {
             let expected = "the kind of depth0, depth or range";
-            return Err(Error::value("depth1", expected, "the other").into());
+            return Err(Error::value("depth1", expected, "the other"));
         }
         for level in &mut self.levels {
             level.take(&first, &second, &self.config);
@@ -121,7 +121,7 @@ impl RangeFlow {
         }
         let (w, h) = image.size();
         let expected = format!("{width}x{height} pixels as the camera");
-        Err(Error::shape(argument, expected, format!("{w}x{h} pixels")).into())
+        Err(Error::shape(argument, expected, format!("{w}x{h} pixels")))
     }
 
     fn solve(&mut self, dt_s: f64, guess: Pose) -> VelocityEstimate {

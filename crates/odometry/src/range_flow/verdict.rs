@@ -2,9 +2,9 @@
 
 use super::RangeFlowConfig;
 use super::equations::Solution;
-use crate::estimate::VelocityEstimate;
-use crate::observability::Cut;
 use nalgebra::{Matrix6, Vector6};
+use sphereflow_alignment::VelocityEstimate;
+use sphereflow_alignment::observability::Cut;
 use sphereflow_core::{Reason, TrackStatus, Twist};
 
 /// What is known when the last level is solved.
@@ -82,7 +82,7 @@ impl Verdict<'_> {
         }
     }
 
-    /// The part of the covariance that the residuals do not show: see [`crate::CovarianceModel`].
+    /// The part of the covariance that the residuals do not show: see [`sphereflow_alignment::CovarianceModel`].
     fn floor(&self) -> Matrix6<f64> {
         let (model, range_m) = (&self.config.covariance, self.solution.mean_range_m);
         let speed = self.twist.linear_m_s.norm() + range_m * self.twist.angular_rad_s.norm();

@@ -17,7 +17,7 @@ pub struct SelfCalibrationConfig {
     /// Gauss-Newton steps.
     pub iterations: usize,
     /// Side of the blocks of pixels that are averaged first, for an image
-    /// [`crate::REFERENCE_WIDTH`] pixels wide, 1 to 32. What is looked for is smooth: half the side
+    /// [`sphereflow_alignment::REFERENCE_WIDTH`] pixels wide, 1 to 32. What is looked for is smooth: half the side
     /// takes four times as long and finds the same.
     pub block: usize,
     /// Number of domains wanted.
@@ -102,7 +102,7 @@ impl SelfCalibrationConfig {
     pub fn validate(&self) -> Result<()> {
         if !(self.lens || self.field || self.readout) {
             let expected = "at least one of them to estimate";
-            return Err(Error::value("lens, field, readout", expected, "none").into());
+            return Err(Error::value("lens, field, readout", expected, "none"));
         }
         let counts = [
             ("iterations", self.iterations, 1, 50),
@@ -115,7 +115,7 @@ impl SelfCalibrationConfig {
         ];
         for (name, value, low, high) in counts {
             if !(low..=high).contains(&value) {
-                return Err(Error::value(name, format!("{low} to {high}"), value).into());
+                return Err(Error::value(name, format!("{low} to {high}"), value));
             }
         }
         let positive = [
@@ -131,12 +131,12 @@ impl SelfCalibrationConfig {
         ];
         for (name, value) in positive {
             if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number", value).into());
+                return Err(Error::value(name, "a positive number", value));
             }
         }
         if self.readout_s.is_nan() || self.readout_s.abs() > 1.0 {
             let expected = "seconds, at most 1 either way";
-            return Err(Error::value("readout_s", expected, self.readout_s).into());
+            return Err(Error::value("readout_s", expected, self.readout_s));
         }
         Ok(())
     }

@@ -1,9 +1,9 @@
 //! The frames of a recording as the calibration keeps them: block averages, poses, velocities.
 
 use super::SelfCalibrationConfig;
-use crate::binning::InverseDepth;
-use crate::motion::twist_from_pose;
 use nalgebra::Vector6;
+use sphereflow_alignment::binning::InverseDepth;
+use sphereflow_alignment::twist_from_pose;
 use sphereflow_core::{Pose, Stamp};
 
 /// One frame with a measured pose.

@@ -2,9 +2,9 @@
 
 use super::parameters::Calibrated;
 use crate::Result;
-use crate::binning::InverseDepth;
-use crate::depth_image::Axis;
-use crate::sphere_table::SphereTable;
+use sphereflow_alignment::Axis;
+use sphereflow_alignment::binning::InverseDepth;
+use sphereflow_alignment::sphere_table::SphereTable;
 use sphereflow_sphere::Camera;
 use std::sync::Arc;
 

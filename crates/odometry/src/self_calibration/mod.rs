@@ -25,12 +25,12 @@ pub use config::SelfCalibrationConfig;
 pub use result::{CalibratedParameter, CalibrationStatus, HeldCombination, SelfCalibration};
 
 use crate::Result;
-use crate::binning::{BlockRule, InverseDepth};
-use crate::config::{Config, REFERENCE_WIDTH};
-use crate::depth_image::{Axis, DepthImage};
 use crate::odometry::{DepthOdometry, OdometryConfig, OdometryResult};
 use frames::Frame;
 use search::Search;
+use sphereflow_alignment::binning::{BlockRule, InverseDepth};
+use sphereflow_alignment::{Axis, DepthImage};
+use sphereflow_alignment::{Config, REFERENCE_WIDTH};
 use sphereflow_core::{Error as CoreError, Stamp, TrackStatus};
 use sphereflow_sphere::Camera;
 
@@ -54,7 +54,7 @@ impl SelfCalibrator {
         config.validate()?;
         if camera.wraps_around() {
             let expected = "a camera with an optical axis";
-            return Err(CoreError::value("camera", expected, camera.model_name()).into());
+            return Err(CoreError::value("camera", expected, camera.model_name()));
         }
         let odometry_config = Config::default();
         let scaled = config.block as f64 * camera.width() as f64 / REFERENCE_WIDTH as f64;
@@ -101,7 +101,7 @@ impl SelfCalibrator {
         let depth = depth.into();
         if depth.axis() != Axis::Optical {
             let expected = "depth along the optical axis";
-            return Err(CoreError::value("depth", expected, "range along the ray").into());
+            return Err(CoreError::value("depth", expected, "range along the ray"));
         }
         let result = self.odometry.push(depth, stamp)?;
         let skipped = matches!(result.status, TrackStatus::Skipped(_));

@@ -3,13 +3,13 @@
 use super::frames::{Frame, FramePair};
 use super::image_model::ImageModel;
 use super::row_warp::RowWarp;
-use crate::binning::InverseDepth;
-use crate::inside::Inside;
-use crate::motion::pose_from_twist;
-use crate::observability::Spectrum;
-use crate::tiling::Tiling;
-use crate::weak_form::{CellSums, Pair, WeakForm};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
+use sphereflow_alignment::area_integrals::AreaIntegrals;
+use sphereflow_alignment::binning::InverseDepth;
+use sphereflow_alignment::observability::Spectrum;
+use sphereflow_alignment::pose_from_twist;
+use sphereflow_alignment::tiling::Tiling;
+use sphereflow_alignment::{CellSums, Pair, weak_form::WeakForm};
 use sphereflow_core::{Pose, Twist};
 
 /// Cauchy's constant in units of the residuals' robust sigma: 95 % efficiency.
@@ -70,7 +70,7 @@ pub(super) struct PairFit<'a> {
     warped: InverseDepth,
     pair: Pair,
     sums: Vec<CellSums>,
-    inside: Inside,
+    inside: AreaIntegrals,
     rows: Vec<Row>,
 }
 
@@ -93,7 +93,7 @@ impl<'a> PairFit<'a> {
             warped: InverseDepth::default(),
             pair: Pair::default(),
             sums: Vec::new(),
-            inside: Inside::default(),
+            inside: AreaIntegrals::default(),
             rows: Vec::new(),
         })
     }

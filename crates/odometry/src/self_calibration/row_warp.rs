@@ -1,9 +1,9 @@
 //! The second image as the first would show it, each row of both exposed at its own time.
 
 use super::image_model::ImageModel;
-use crate::binning::InverseDepth;
-use crate::depth_image::Axis;
 use nalgebra::{Matrix3, Vector3, Vector6};
+use sphereflow_alignment::Axis;
+use sphereflow_alignment::binning::InverseDepth;
 use sphereflow_core::Pose;
 use sphereflow_sphere::lie::se3;
 

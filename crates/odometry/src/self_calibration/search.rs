@@ -8,11 +8,11 @@ use super::parameters::Unknowns;
 use super::result::{CalibrationStatus, SelfCalibration};
 use super::solve::{System, parameters};
 use crate::Result;
-use crate::config::Config;
-use crate::motion::twist_from_pose;
-use crate::tiling::Tiling;
 use nalgebra::{DMatrix, DVector, Vector6};
 use rayon::prelude::*;
+use sphereflow_alignment::Config;
+use sphereflow_alignment::tiling::Tiling;
+use sphereflow_alignment::twist_from_pose;
 use sphereflow_sphere::Camera;
 
 /// Solves for a pair's motion when it is first looked at, and later.

@@ -7,9 +7,9 @@ use super::config::TimeRule;
 use super::domains::Domains;
 use super::edge::{EdgeElement, Side};
 use super::table::EdgeTable;
-use crate::depth_image::{Axis, DepthImage};
 use nalgebra::{Vector2, Vector6};
 use rayon::prelude::*;
+use sphereflow_alignment::{Axis, DepthImage};
 use sphereflow_sphere::Camera;
 
 /// No such cell: beyond the image's border.

@@ -1,6 +1,7 @@
 //! The settings of the thesis's method.
 
-use crate::{Config, Result};
+use crate::Result;
+use sphereflow_alignment::Config;
 use sphereflow_core::Error;
 
 /// Where in time the contour integrals of (6.3) are taken, against the difference of both images.
@@ -69,7 +70,7 @@ impl ThesisConfig {
         ];
         for (name, value, low) in counts {
             if !(low..=100_000).contains(&value) {
-                return Err(Error::value(name, format!("{low} to 100000"), value).into());
+                return Err(Error::value(name, format!("{low} to 100000"), value));
             }
         }
         self.limits.validate()

@@ -5,8 +5,9 @@ use super::config::ThesisConfig;
 use super::domains::Domains;
 use super::solve::{Rows, Solution};
 use super::table::EdgeTable;
-use crate::observability::Cut;
-use crate::{DepthImage, Result, VelocityEstimate};
+use crate::Result;
+use sphereflow_alignment::observability::Cut;
+use sphereflow_alignment::{DepthImage, VelocityEstimate};
 use sphereflow_core::{Error, Reason, TrackStatus, Twist};
 use sphereflow_sphere::Camera;
 
@@ -48,7 +49,7 @@ impl ThesisEstimator {
 
     /// Velocity between two images `dt_s` seconds apart, in the camera's frame. Domains in which a
     /// pixel is unknown in either image are left out, as in the thesis. The covariance is that of
-    /// section 6.4, without the floors of [`crate::CovarianceModel`]. `known_share` counts pixels.
+    /// section 6.4, without the floors of [`sphereflow_alignment::CovarianceModel`]. `known_share` counts pixels.
     ///
     /// # Errors
     /// A core shape error where an image is not of the camera's size, a value error where `dt_s` is
@@ -60,14 +61,14 @@ impl ThesisEstimator {
         dt_s: f64,
     ) -> Result<VelocityEstimate> {
         if !(dt_s.is_finite() && dt_s > 0.0) {
-            return Err(Error::value("dt_s", "a positive number of seconds", dt_s).into());
+            return Err(Error::value("dt_s", "a positive number of seconds", dt_s));
         }
         let (first, second) = (first.into(), second.into());
         for (name, image) in [("depth0", &first), ("depth1", &second)] {
             let ((w, h), (width, height)) = (image.size(), self.size);
             if (w, h) != (width, height) {
                 let expected = format!("{width}x{height} pixels as the camera");
-                return Err(Error::shape(name, expected, format!("{w}x{h} pixels")).into());
+                return Err(Error::shape(name, expected, format!("{w}x{h} pixels")));
             }
         }
         let known = self.balance.accumulate(&first, &second, self.config.time);

@@ -3,7 +3,7 @@
 //! Kept so that the thesis can be reproduced and compared: the edge tables of its sections 6.2
 //! ([`pinhole`]) and 6.3 ([`fov`]), the balance of D^3 on domains of the image, plain least
 //! squares, and the covariance of section 6.4. It has no robust weights, so that every jump of
-//! depth that moves within a domain is believed. For measuring, use [`crate::VelocityEstimator`].
+//! depth that moves within a domain is believed. For measuring, use [`sphereflow_alignment::VelocityEstimator`].
 
 mod balance;
 mod config;

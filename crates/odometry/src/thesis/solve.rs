@@ -2,8 +2,8 @@
 
 use super::balance::{Balance, CellBalance};
 use super::config::{RowWeights, ThesisConfig};
-use crate::observability::{Cut, Spectrum};
 use nalgebra::{Matrix6, Vector6};
+use sphereflow_alignment::observability::{Cut, Spectrum};
 
 /// Sigma of a normal distribution over its median absolute deviation.
 const SIGMA_PER_MAD: f64 = 1.4826;

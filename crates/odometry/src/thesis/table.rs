@@ -30,7 +30,7 @@ impl EdgeTable {
             let expected = "a pinhole without skew (section 6.2) or a FOV fish-eye with its \
                 distortion centre at the principal point (section 6.3): the thesis's method has \
                 no table for others; the methods 'single' and 'pyramid' take any camera";
-            Err(Error::value("camera", expected, found).into())
+            Err(Error::value("camera", expected, found))
         };
         match camera.model() {
             Model::Pinhole(p) if p.skew == 0.0 => Ok(Self {

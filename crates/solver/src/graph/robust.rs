@@ -21,6 +21,12 @@ pub enum LoopSwitch {
         /// Squared residual from which an edge is doubted.
         phi: f64,
     },
+    /// Cauchy's loss on every edge, those of odometry too: none is rejected as a whole, and one that is
+    /// off by `scale` standard deviations counts half.
+    Cauchy {
+        /// Standard deviations at which an edge counts half.
+        scale: f64,
+    },
     /// Graduated non-convexity (Yang et al., 2020) of the truncated square: edges end as right or wrong,
     /// whatever the start.
     Graduated {
@@ -50,7 +56,9 @@ impl LoopSwitch {
     /// Where the threshold is not a positive number.
     pub fn check(&self) -> Result<()> {
         match *self {
-            Self::Scaled { phi: k } | Self::Graduated { threshold: k } => {
+            Self::Scaled { phi: k }
+            | Self::Graduated { threshold: k }
+            | Self::Cauchy { scale: k } => {
                 if k.is_finite() && k > 0.0 {
                     return Ok(());
                 }
@@ -68,6 +76,10 @@ impl LoopSwitch {
                 phi * (3.0 * s - phi) / (s + phi),
                 4.0 * phi * phi / ((s + phi) * (s + phi)),
             ),
+            Self::Cauchy { scale } => {
+                let square = scale * scale;
+                (square * (s / square).ln_1p(), 1.0 / (1.0 + s / square))
+            }
             _ => (s, 1.0),
         }
     }

@@ -81,7 +81,11 @@ fn check_gradient<G: Group<D>, const D: usize>(switch: LoopSwitch) {
 
 #[test]
 fn gradient_equals_differences_for_poses_and_similarities() {
-    for switch in [LoopSwitch::Off, LoopSwitch::Scaled { phi: 0.5 }] {
+    for switch in [
+        LoopSwitch::Off,
+        LoopSwitch::Scaled { phi: 0.5 },
+        LoopSwitch::Cauchy { scale: 0.8 },
+    ] {
         check_gradient::<Pose, 6>(switch);
         check_gradient::<Similarity, 7>(switch);
     }
