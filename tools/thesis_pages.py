@@ -88,6 +88,11 @@ def missing(root: Path, what: str, functions: frozenset[str], names: frozenset[s
             folder = root / "benches"
             exists = not bench or (folder / f"{bench}.rs").exists() or (folder / bench).is_dir()
             return None if exists else "no such bench"
+        case ["cargo", "run", *arguments]:
+            example = (
+                arguments[arguments.index("--example") + 1] if "--example" in arguments else ""
+            )
+            return None if example in names else "no such example"
         case ["make", target, *_]:
             text = (root / "Makefile").read_text(encoding="utf-8")
             return None if re.search(rf"^{re.escape(target)}:", text, re.M) else "no such target"

@@ -146,7 +146,7 @@ def report(recording: Recording, what: str) -> tuple[dict, dict]:
 
 def main(out: Path, full: bool = False) -> None:
     """Print the biases and draw the six figures."""
-    seconds = 160.0 if full else 20.0
+    seconds = 160.0 if full else 40.0
     report(Recording(seconds, "independent"), "independent noise")
     recording = Recording(seconds)
     once, looped = report(recording, "noise of a Kinect")

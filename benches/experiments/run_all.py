@@ -22,6 +22,7 @@ EXPERIMENTS = [
     "depth_filter",
     "demo_room",
     "section_5_4_3",
+    "section_5_4_4",
     "theorem_4",
     "chapter_7",
     "propositions_9_10",
