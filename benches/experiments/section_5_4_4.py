@@ -3,8 +3,8 @@
 A Kinect turned by hand (`tum-fr1-rpy-a` in SPHEREFLOW_DATA); its gyro is simulated from the
 recorded truth, with the thesis's bias. As there, the recording is processed again and again:
 forwards and backwards in turn, so that no image jumps. Observer (5.34) takes the linear velocity
-for zero; the information form leaves it unknown. The thesis's camera turned at 0.15 rad/s; this one at
-up to 3.
+for zero; the information form leaves it unknown. The thesis's camera turned at 0.15 rad/s; this
+one at up to 3.
 """
 
 import os
