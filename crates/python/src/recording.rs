@@ -243,7 +243,9 @@ pub fn py_open_recording(
     depth_scale: Option<f64>,
     sync_tolerance_s: Option<f64>,
 ) -> PyResult<PyRecording> {
-    let calibration = calibration.map(|path| CalibrationFile::read(&path)).transpose();
+    let calibration = calibration
+        .map(|path| CalibrationFile::read(&path))
+        .transpose();
     let calibration = calibration.map_err(|error| io_error(&error))?;
     let options = OpenOptions {
         calibration,

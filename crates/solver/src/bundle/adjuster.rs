@@ -1,13 +1,16 @@
 //! Bundle adjustment: the problem laid out once, then solved as often as wanted.
 
 use super::assembly::Assembly;
-use super::chunk::{Chunk, NONE, Scene};
+use super::chunk::{Chunk, Scene};
+use super::components;
+use super::ids::NONE;
 use super::inertial::Motion;
 use super::intrinsics::Intrinsics;
 use super::issue::Issue;
-use super::layout::{Elimination, Layout, layout};
+use super::layout::{Layout, layout};
+use super::plan::Plan;
 use super::problem::BundleProblem;
-use super::reverse::Reverse;
+use super::reverse::{Reverse, pays};
 use super::state::ViewPose;
 use crate::linear::{BlockSolver, LinearSolver};
 use crate::minimise::{Step, System, minimise};
@@ -15,6 +18,7 @@ use crate::options::{Damping, Options};
 use crate::summary::{StopReason, Summary};
 use crate::{Error, Result};
 use rayon::prelude::*;
+use sphereflow_core::statistics::mad_sigma_mut;
 use sphereflow_sphere::Camera;
 use std::ops::Deref;
 use std::time::Duration;
@@ -36,6 +40,15 @@ impl Deref for BundleSummary {
     fn deref(&self) -> &Summary {
         &self.summary
     }
+}
+
+/// Which unknowns are eliminated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Elimination {
+    /// The larger part, if that leaves less to be solved.
+    Auto,
+    /// The points.
+    Points,
 }
 
 /// A problem with everything that its adjustment needs. Solving again, from other poses, points and
@@ -83,7 +96,12 @@ impl BundleAdjuster {
         linear_solver: LinearSolver,
         elimination: Elimination,
     ) -> Self {
-        let layout = layout(&problem, elimination);
+        let mut plan = Plan::new(&problem);
+        let groups = components::issues(&problem, &plan.active, &plan.used);
+        plan.issues.extend(groups);
+        let reversed = elimination == Elimination::Auto
+            && pays(plan.poses(), plan.points(&problem), problem.ties_poses());
+        let layout = layout(&problem, plan, reversed);
         let poses: Vec<ViewPose> = problem
             .views
             .iter()
@@ -159,9 +177,7 @@ impl BundleAdjuster {
     /// problem was laid out is not seen any more.
     pub fn solve(&mut self, options: &Options) -> Result<BundleSummary> {
         let losses = self.problem.losses;
-        for loss in [losses.pixel, losses.point, losses.inverse_range] {
-            loss.check()?;
-        }
+        losses.check()?;
         self.load();
         let movable = self.layout.pattern.blocks() > 0
             || self.layout.chunks.iter().any(Chunk::has_free_point);
@@ -267,7 +283,7 @@ impl BundleAdjuster {
         for chunk in &self.layout.chunks {
             chunk.residuals(&scene, &mut all);
         }
-        crate::mad_scale(&mut all)
+        mad_sigma_mut(&mut all)
     }
 
     /// The residuals of the present poses and intrinsics, with the points where they are.

@@ -1,7 +1,7 @@
 //! The reduced system: the sums of the parts, priors and damping.
 
 use super::chunk::Chunk;
-use super::inertial::{Block, MOTION};
+use super::ids::{Block, MOTION};
 use super::layout::Layout;
 use super::prior::{Prior, PriorScratch, State};
 use super::problem::BundleProblem;

@@ -4,16 +4,25 @@ mod eliminate;
 mod linearise;
 mod refine;
 
+use super::ids::NONE;
 use super::intrinsics::Intrinsics;
-use super::layout::Direct;
 use super::measurement::{Losses, Measurement, Normal};
 use super::state::ViewPose;
 use crate::linear::BlockPattern;
 use crate::options::Damping;
 use nalgebra::Vector3;
 
-/// No block, no touch.
-pub(super) const NONE: u32 = u32::MAX;
+/// Where the directly measured blocks (diagonal, and intrinsics by pose) are kept, apart from the
+/// reduced matrix.
+pub(super) struct Direct {
+    /// Offset of each diagonal block; one more at the end.
+    pub diagonal: Vec<usize>,
+    /// Offset of the block intrinsics by pose of each view; `NONE` where there is none.
+    pub cross: Vec<u32>,
+    /// Offset here, offset in the reduced matrix, numbers.
+    pub targets: Vec<(usize, usize, usize)>,
+    pub len: usize,
+}
 
 /// The measurements of one point from one view.
 #[derive(Clone, Copy)]

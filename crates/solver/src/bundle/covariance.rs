@@ -1,9 +1,8 @@
 //! Marginal covariance of chosen poses at the present state.
 
-use super::adjuster::BundleAdjuster;
-use super::chunk::NONE;
+use super::adjuster::{BundleAdjuster, Elimination};
+use super::ids::{NONE, index};
 use super::issue::Issue;
-use super::layout::Elimination;
 use crate::minimise::System;
 use crate::options::Damping;
 use crate::{Error, Result};
@@ -40,11 +39,7 @@ impl BundleAdjuster {
     /// Where an index is unknown, or the measurements do not determine the poses.
     pub fn covariance(&mut self, poses: &[usize]) -> Result<DMatrix<f64>> {
         for &pose in poses {
-            let known = self.problem.poses();
-            if pose >= known {
-                let expected = format!("an index below {known}");
-                return Err(Error::value("poses", expected, pose));
-            }
+            index("poses", pose, self.problem.poses())?;
             let alone = self.layout.view_block[pose] == NONE;
             if alone && !self.problem.views[pose].fixed {
                 return Err(no_covariance(Issue::PoseUndetermined { pose }));

@@ -1,10 +1,8 @@
 //! Poses that leave the problem with their motions, and what they knew, as a prior on those that stay.
 
-use super::adjuster::BundleAdjuster;
-use super::chunk::NONE;
+use super::adjuster::{BundleAdjuster, Elimination};
 use super::covariance::no_covariance;
-use super::inertial::MOTION;
-use super::layout::Elimination;
+use super::ids::{MOTION, NONE, index};
 use super::prior::Prior;
 use super::problem::BundleProblem;
 use crate::linear::LinearSolver;
@@ -25,10 +23,7 @@ impl BundleProblem {
     pub fn marginalise(&mut self, poses: &[usize]) -> Result<()> {
         let mut leaves = vec![false; self.views.len()];
         for &pose in poses {
-            if pose >= self.views.len() {
-                let expected = format!("indices below {}", self.views.len());
-                return Err(Error::value("poses", expected, pose));
-            }
+            index("poses", pose, self.views.len())?;
             leaves[pose] = true;
         }
         let mut gone = vec![false; self.points.len()];

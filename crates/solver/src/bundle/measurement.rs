@@ -88,10 +88,21 @@ pub struct Losses {
 }
 
 impl Losses {
+    fn all(&self) -> [crate::Loss; 3] {
+        [self.pixel, self.point, self.inverse_range]
+    }
+
+    /// # Errors
+    /// Where a threshold is not a positive number.
+    pub(crate) fn check(&self) -> crate::Result<()> {
+        self.all().iter().try_for_each(crate::Loss::check)
+    }
+
     /// True where any of them is not quadratic.
     pub(crate) fn robust(&self) -> bool {
-        let all = [self.pixel, self.point, self.inverse_range];
-        all.iter().any(|loss| *loss != crate::Loss::Quadratic)
+        self.all()
+            .iter()
+            .any(|loss| *loss != crate::Loss::Quadratic)
     }
 }
 

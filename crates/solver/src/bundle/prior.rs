@@ -1,7 +1,7 @@
 //! Gaussian knowledge: of one pose, of its attitude alone, or of several poses and motions together.
 
-use super::chunk::NONE;
-use super::inertial::{Block, MOTION, Motion};
+use super::ids::{Block, MOTION, NONE};
+use super::inertial::Motion;
 use super::state::ViewPose;
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector6};

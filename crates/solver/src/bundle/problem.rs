@@ -1,14 +1,18 @@
 //! The problem as it is stated: cameras, poses, points, measurements, priors.
 
+mod inertial;
+
 pub use super::measurement::Losses;
 
+use super::ids::index;
 use super::inertial::Inertial;
 use super::intrinsics::Intrinsics;
 use super::measurement::Measurement;
 use super::prior::{Prior, root_information};
-use crate::{Error, Result};
+use crate::Result;
 use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector2, Vector3};
 use sphereflow_core::Pose;
+use sphereflow_core::checks::{all_finite, each, positive};
 use sphereflow_sphere::Camera;
 
 #[derive(Clone, Debug)]
@@ -47,22 +51,7 @@ pub struct BundleProblem {
 }
 
 fn finite<const N: usize>(argument: &str, values: &SMatrix<f64, N, 1>) -> Result<()> {
-    if values.iter().all(|v| v.is_finite()) {
-        return Ok(());
-    }
-    let found = format!("{:?}", values.as_slice());
-    Err(Error::value(argument, "finite numbers", found))
-}
-
-pub(super) fn index(argument: &str, found: usize, count: usize) -> Result<()> {
-    if found < count {
-        return Ok(());
-    }
-    Err(Error::value(
-        argument,
-        format!("an index below {count}"),
-        found,
-    ))
+    Ok(all_finite(argument, values)?)
 }
 
 impl BundleProblem {
@@ -196,11 +185,7 @@ impl BundleProblem {
         inv_range: f64,
         sigma: f64,
     ) -> Result<usize> {
-        for (name, value) in [("inv_range", inv_range), ("sigma", sigma)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number per metre", value));
-            }
-        }
+        each(positive, &[("inv_range", inv_range), ("sigma", sigma)])?;
         let root = 1.0 / sigma;
         self.observe(pose, point, Measurement::InverseRange { inv_range, root })
     }
@@ -243,6 +228,12 @@ impl BundleProblem {
         let known = Pose::new(*world_from_camera, Vector3::zeros());
         self.priors.push(Prior::of_pose(pose, &known, &root));
         Ok(())
+    }
+
+    /// True where something but points ties poses together.
+    pub(super) fn ties_poses(&self) -> bool {
+        let joint = |prior: &Prior| prior.views.len() + prior.motions.len() > 1;
+        self.priors.iter().any(joint) || !self.inertial.views.is_empty()
     }
 
     /// Number of poses.

@@ -5,6 +5,7 @@ use super::prior::Prior;
 use crate::{Error, Result};
 use nalgebra::{SMatrix, Unit, UnitQuaternion, Vector3};
 use sphereflow_core::Pose;
+use sphereflow_core::checks::positive;
 use std::fmt;
 
 /// Whether a relative measurement can be wrong as a whole.
@@ -171,7 +172,8 @@ impl<G: Group<D>, const D: usize> PoseGraph<G, D> {
     ) -> Result<()> {
         self.known("node", node)?;
         let (world, body) = (direction("world", world)?, direction("body", body)?);
-        let root = 1.0 / positive("sigma_rad", sigma_rad)?;
+        positive("sigma_rad", sigma_rad)?;
+        let root = 1.0 / sigma_rad;
         self.priors.push(Prior::Gravity {
             node,
             world,
@@ -199,7 +201,8 @@ impl<G: Group<D>, const D: usize> PoseGraph<G, D> {
             &Pose::new(*world_from_body, Vector3::zeros()),
         )?;
         let axis = direction("axis", axis)?;
-        let root = 1.0 / positive("sigma_rad", sigma_rad)?;
+        positive("sigma_rad", sigma_rad)?;
+        let root = 1.0 / sigma_rad;
         self.priors.push(Prior::Yaw {
             node,
             axis,
@@ -301,13 +304,6 @@ fn valid<G: Group<D>, const D: usize>(argument: &str, value: &G) -> Result<()> {
         "finite numbers",
         format!("{value:?}"),
     ))
-}
-
-fn positive(argument: &str, value: f64) -> Result<f64> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(value);
-    }
-    Err(Error::value(argument, "a positive number", value))
 }
 
 fn direction(argument: &str, value: &Vector3<f64>) -> Result<Vector3<f64>> {

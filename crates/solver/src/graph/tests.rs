@@ -1,5 +1,6 @@
 //! Pose graphs: Jacobians, known optima, robust switches, bad input.
 
+use super::solve::GraphState;
 use super::*;
 use crate::generate::{Graph, GraphKind, GraphSettings, graph as generate};
 use crate::minimise::System;
@@ -57,7 +58,7 @@ pub(super) fn sample<G: Group<D>, const D: usize>() -> PoseGraph<G, D> {
 }
 
 fn check_gradient<G: Group<D>, const D: usize>(switch: LoopSwitch) {
-    let mut system = GraphOptimiser::new(sample::<G, D>());
+    let mut system = GraphState::new(sample::<G, D>(), &[]);
     system.switch = switch;
     system.linearise(Damping::Identity, 0.0);
     let analytic = system.gradient().to_vec();

@@ -1,7 +1,7 @@
 //! Residuals and derivatives of one point, into its normal matrices. Thesis: section 8.4.2.
 
-use super::{Chunk, Link, NONE, Scene};
-use crate::bundle::layout::Direct;
+use super::{Chunk, Direct, Link, Scene};
+use crate::bundle::ids::NONE;
 use crate::bundle::measurement::{Curvature, Normal};
 use crate::bundle::state::ViewPose;
 use crate::linear::BlockPattern;

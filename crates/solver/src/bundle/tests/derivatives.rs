@@ -1,6 +1,6 @@
 //! Every Jacobian against differences, through the normal equations they make.
 
-use crate::bundle::chunk::NONE;
+use crate::bundle::ids::NONE;
 use crate::bundle::intrinsics::Intrinsics;
 use crate::bundle::measurement::{Curvature, Losses, Measurement, Normal};
 use crate::bundle::{BundleAdjuster, BundleProblem};
