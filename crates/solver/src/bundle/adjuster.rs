@@ -263,7 +263,8 @@ impl BundleAdjuster {
             .par_iter_mut()
             .for_each(|chunk| chunk.evaluate(&scene, candidate));
         let mut cost = (self.assembly).prior_cost(&self.problem.priors, (poses, motions))
-            + self.problem.inertial.cost(poses, motions);
+            + self.problem.inertial.cost(poses, motions)
+            + (self.problem.relative.iter().map(|edge| edge.cost(poses))).sum::<f64>();
         for chunk in &self.layout.chunks {
             cost += chunk.cost?;
         }

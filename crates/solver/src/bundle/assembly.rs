@@ -90,6 +90,9 @@ impl Assembly {
             let scratch = &mut self.scratch;
             prior.linearise(state, blocks, scratch, &mut add_block, &mut add_gradient);
         }
+        for edge in &problem.relative {
+            edge.linearise(state.0, blocks.0, &mut add_block, &mut add_gradient);
+        }
         let inertial = &problem.inertial;
         inertial.linearise(state, blocks, &mut add_block, &mut add_gradient);
     }

@@ -69,6 +69,9 @@ pub(super) fn issues(problem: &BundleProblem, active: &Active, used: &[bool]) ->
     for [first, second] in problem.inertial.ties() {
         union.join(first, second);
     }
+    for edge in &problem.relative {
+        union.join(edge.a, edge.b);
+    }
     let groups = describe(problem, active, used, &mut union);
     let mut issues = Vec::new();
     let count = groups
@@ -115,6 +118,10 @@ fn describe(
         let root = union.root(view);
         groups[root].metric = true;
         groups[root].upright = true;
+    }
+    // where one edge alone joins two groups of points without a scale, that of one is not named
+    for edge in &problem.relative {
+        groups[union.root(edge.a)].metric = true;
     }
     for prior in problem.priors.iter().filter(|prior| prior.holds_position()) {
         // a joint prior of several poses was made from something that held them

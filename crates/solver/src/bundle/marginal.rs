@@ -5,6 +5,7 @@ use super::covariance::no_covariance;
 use super::ids::{MOTION, NONE, index};
 use super::prior::Prior;
 use super::problem::BundleProblem;
+use super::relative::RelativePose;
 use crate::linear::LinearSolver;
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
@@ -35,6 +36,7 @@ impl BundleProblem {
             prior.views.iter().any(|&view| leaves[view])
                 || prior.motions.iter().any(|&motion| motion_leaves(motion))
         };
+        let edge_goes = |edge: &RelativePose| leaves[edge.a] || leaves[edge.b];
         let (leaving, staying) = self.inertial.part(&leaves);
         let part = BundleProblem {
             observations: (self.observations.iter())
@@ -42,6 +44,10 @@ impl BundleProblem {
                 .copied()
                 .collect(),
             priors: self.priors.iter().filter(|p| goes(p)).cloned().collect(),
+            relative: (self.relative.iter())
+                .filter(|e| edge_goes(e))
+                .cloned()
+                .collect(),
             inertial: leaving,
             ..self.clone()
         };
@@ -49,6 +55,7 @@ impl BundleProblem {
         let mut priors: Vec<Prior> = self.priors.iter().filter(|p| !goes(p)).cloned().collect();
         priors.extend(prior);
         self.priors = priors;
+        self.relative.retain(|edge| !edge_goes(edge));
         self.inertial = staying;
         self.observations.retain(|o| !gone[o.point as usize]);
         for (view, leaves) in self.views.iter_mut().zip(&leaves) {

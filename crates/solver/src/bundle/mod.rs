@@ -17,6 +17,7 @@ mod measurement;
 mod plan;
 mod prior;
 mod problem;
+mod relative;
 mod reverse;
 mod state;
 mod step;

@@ -74,7 +74,8 @@ impl Plan {
                 used[view] = true;
             }
         }
-        for view in problem.inertial.ties().flatten() {
+        let relative = problem.relative.iter().flat_map(|edge| [edge.a, edge.b]);
+        for view in problem.inertial.ties().flatten().chain(relative) {
             used[view] = true;
         }
         let mut next = 0;
@@ -141,6 +142,11 @@ impl Plan {
             let tied = (prior.views.iter().map(|&view| blocks.views[view]))
                 .chain(prior.motions.iter().map(|&motion| blocks.motions[motion]));
             members.extend(tied.filter(|&b| b != NONE));
+            starts.push(members.len());
+        }
+        for edge in &problem.relative {
+            let ends = [edge.a, edge.b].map(|view| blocks.views[view]);
+            members.extend(ends.into_iter().filter(|&b| b != NONE));
             starts.push(members.len());
         }
         let inertial = &problem.inertial;

@@ -1,6 +1,7 @@
 //! The problem as it is stated: cameras, poses, points, measurements, priors.
 
 mod inertial;
+mod known;
 
 pub use super::measurement::Losses;
 
@@ -9,8 +10,9 @@ use super::inertial::Inertial;
 use super::intrinsics::Intrinsics;
 use super::measurement::Measurement;
 use super::prior::{Prior, root_information};
+use super::relative::RelativePose;
 use crate::Result;
-use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 use sphereflow_core::Pose;
 use sphereflow_core::checks::{all_finite, each, positive};
 use sphereflow_sphere::Camera;
@@ -45,6 +47,7 @@ pub struct BundleProblem {
     pub(crate) points: Vec<PointNode>,
     pub(crate) observations: Vec<Observation>,
     pub(crate) priors: Vec<Prior>,
+    pub(crate) relative: Vec<RelativePose>,
     pub(crate) inertial: Inertial,
     /// The losses of the kinds of measurements; quadratic at first.
     pub losses: Losses,
@@ -190,50 +193,12 @@ impl BundleProblem {
         self.observe(pose, point, Measurement::InverseRange { inv_range, root })
     }
 
-    /// What is known of a pose; the covariance is of the twist `[omega, v]` in the camera frame.
-    ///
-    /// # Errors
-    /// Where the index is unknown, a number is not finite, or the covariance is not positive definite.
-    pub fn add_pose_prior(
-        &mut self,
-        pose: usize,
-        world_from_camera: &Pose,
-        covariance: &Matrix6<f64>,
-    ) -> Result<()> {
-        index("pose", pose, self.views.len())?;
-        finite("world_from_camera", &world_from_camera.translation)?;
-        finite("world_from_camera", &world_from_camera.rotation.coords)?;
-        let root = root_information("covariance", covariance)?;
-        self.priors
-            .push(Prior::of_pose(pose, world_from_camera, &root));
-        Ok(())
-    }
-
-    /// What is known of a pose's rotation; the covariance is of the rotation vector in the camera
-    /// frame, radians squared.
-    ///
-    /// # Errors
-    /// Where the index is unknown, a number is not finite, or the covariance is not positive definite.
-    pub fn add_attitude_prior(
-        &mut self,
-        pose: usize,
-        world_from_camera: &UnitQuaternion<f64>,
-        covariance: &Matrix3<f64>,
-    ) -> Result<()> {
-        index("pose", pose, self.views.len())?;
-        finite("world_from_camera", &world_from_camera.coords)?;
-        let mut root = SMatrix::<f64, 3, 6>::zeros();
-        root.fixed_view_mut::<3, 3>(0, 0)
-            .copy_from(&root_information("covariance", covariance)?);
-        let known = Pose::new(*world_from_camera, Vector3::zeros());
-        self.priors.push(Prior::of_pose(pose, &known, &root));
-        Ok(())
-    }
-
     /// True where something but points ties poses together.
     pub(super) fn ties_poses(&self) -> bool {
         let joint = |prior: &Prior| prior.views.len() + prior.motions.len() > 1;
-        self.priors.iter().any(joint) || !self.inertial.views.is_empty()
+        self.priors.iter().any(joint)
+            || !self.relative.is_empty()
+            || !self.inertial.views.is_empty()
     }
 
     /// Number of poses.

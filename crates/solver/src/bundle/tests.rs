@@ -6,4 +6,5 @@ mod duals;
 mod inertial;
 mod marginal;
 mod problems;
+mod relative;
 mod uncertainty;

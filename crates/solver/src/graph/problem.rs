@@ -2,7 +2,7 @@
 
 use super::group::Group;
 use super::prior::Prior;
-use crate::{Error, Result};
+use crate::{Error, Loss, Result};
 use nalgebra::{SMatrix, Unit, UnitQuaternion, Vector3};
 use sphereflow_core::Pose;
 use sphereflow_core::checks::positive;
@@ -25,6 +25,14 @@ pub(super) struct Edge<G, const D: usize> {
     pub measured: G,
     pub root: SMatrix<f64, D, D>,
     pub kind: EdgeKind,
+    pub loss: Loss,
+}
+
+impl<G, const D: usize> Edge<G, D> {
+    /// What decides how much a residual counts.
+    pub fn by(&self) -> (EdgeKind, Loss) {
+        (self.kind, self.loss)
+    }
 }
 
 /// Poses `world_from_body` tied by relative measurements. Updates are from the right,
@@ -133,8 +141,36 @@ impl<G: Group<D>, const D: usize> PoseGraph<G, D> {
             measured,
             root,
             kind,
+            loss: Loss::Quadratic,
         });
         Ok(self.edges.len() - 1)
+    }
+
+    /// A relative measurement `a_from_b` as an alignment of images gives it: its information is of
+    /// tangent vectors in the frame of `a`, and large residuals count by `loss` (where no switch
+    /// decides). The residual is `log(a^-1 b measured^-1)`; as `log(measured^-1 a^-1 b)` is that by
+    /// the adjoint of `measured`, the information of [`PoseGraph::add_edge`] is
+    /// `Ad(measured)^T information Ad(measured)`, exactly.
+    ///
+    /// # Errors
+    /// As for [`PoseGraph::add_edge`], or where the loss has no positive threshold.
+    pub fn add_alignment(
+        &mut self,
+        (a, b): (usize, usize),
+        a_from_b: G,
+        information: &SMatrix<f64, D, D>,
+        loss: Loss,
+    ) -> Result<usize> {
+        loss.check()?;
+        valid("measured", &a_from_b)?;
+        let to_a = a_from_b.adjoint();
+        let in_b = to_a.tr_mul(&(information * to_a));
+        // rounding of the products is not asymmetry
+        let in_b = (in_b + in_b.transpose()) * 0.5;
+        root("information", information)?;
+        let edge = self.add_edge((a, b), a_from_b, &in_b, EdgeKind::Odometry)?;
+        self.edges[edge].loss = loss;
+        Ok(edge)
     }
 
     /// What is known of a node, with its information.

@@ -1,17 +1,17 @@
 //! Loop edges that may be wrong as a whole: switched off during the minimisation.
 
 use super::problem::EdgeKind;
-use crate::Result;
 use crate::minimise::{System, minimise};
 use crate::options::Options;
 use crate::summary::{StopReason, Summary};
+use crate::{Loss, Result};
 use sphereflow_core::checks::positive;
 
 /// How wrong loop edges are told from right ones. Thresholds are of the squared whitened residual:
 /// 16.8 is the 99 % quantile of 6 degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum LoopSwitch {
-    /// All edges are believed.
+    /// Every edge counts by its own loss.
     #[default]
     Off,
     /// Dynamic covariance scaling (Agarwal et al., 2013): from `phi` on the cost of an edge grows
@@ -56,15 +56,16 @@ impl LoopSwitch {
         }
     }
 
-    /// Loss and weight of a squared residual; the graduation has weights of its own.
+    /// Loss and weight of a squared residual of an edge with a loss of its own; the graduation has
+    /// weights of its own.
     #[inline]
-    pub(super) fn evaluate(&self, kind: EdgeKind, s: f64) -> (f64, f64) {
+    pub(super) fn evaluate(&self, (kind, loss): (EdgeKind, Loss), s: f64) -> (f64, f64) {
         match *self {
             Self::Scaled { phi } if kind == EdgeKind::Loop && s > phi => (
                 phi * (3.0 * s - phi) / (s + phi),
                 4.0 * phi * phi / ((s + phi) * (s + phi)),
             ),
-            _ => (s, 1.0),
+            _ => loss.evaluate(s),
         }
     }
 }

@@ -146,7 +146,7 @@ impl<G: Group<D>, const D: usize> GraphState<G, D> {
             .zip(&self.weights)
             .zip(&self.squares)
         {
-            cost += 0.5 * weight * self.switch.evaluate(edge.kind, *square).0;
+            cost += 0.5 * weight * self.switch.evaluate(edge.by(), *square).0;
         }
         let nodes = if candidate {
             &self.candidate
@@ -169,7 +169,7 @@ impl<G: Group<D>, const D: usize> GraphState<G, D> {
                 let relative = nodes[edge.from].inverse().compose(&nodes[edge.to]);
                 let error = edge.measured.inverse().compose(&relative).log();
                 let residual = edge.root * error;
-                let weight = weight * switch.evaluate(edge.kind, residual.norm_squared()).1;
+                let weight = weight * switch.evaluate(edge.by(), residual.norm_squared()).1;
                 // measured^-1 exp(-d) relative = measured^-1 relative exp(-Ad(relative^-1) d)
                 let by_to = edge.root * G::right_jacobian_inverse(&error);
                 let back = -relative.inverse().adjoint();
@@ -258,7 +258,7 @@ impl<G: Group<D>, const D: usize> Weighted for GraphState<G, D> {
     fn edges(&self) -> impl Iterator<Item = (EdgeKind, f64, f64)> {
         let all = (self.graph.edges.iter()).zip(self.squares.iter().zip(&self.weights));
         all.map(|(edge, (square, weight))| {
-            let felt = weight * self.switch.evaluate(edge.kind, *square).1;
+            let felt = weight * self.switch.evaluate(edge.by(), *square).1;
             (edge.kind, *square, felt)
         })
     }
