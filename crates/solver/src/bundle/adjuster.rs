@@ -11,6 +11,7 @@ use super::layout::{Layout, layout};
 use super::plan::Plan;
 use super::problem::BundleProblem;
 use super::reverse::{Reverse, pays};
+use super::rows::RowMotion;
 use super::state::ViewPose;
 use crate::linear::{BlockSolver, LinearSolver};
 use crate::minimise::{Step, System, minimise};
@@ -64,6 +65,7 @@ pub struct BundleAdjuster {
     pub(super) candidate_poses: Vec<ViewPose>,
     pub(super) intrinsics: Vec<Intrinsics>,
     pub(super) candidate_intrinsics: Vec<Intrinsics>,
+    rows: Vec<RowMotion>,
     pub(super) motions: Vec<Motion>,
     pub(super) candidate_motions: Vec<Motion>,
     pub(super) eliminated: Option<(Damping, f64)>,
@@ -115,6 +117,7 @@ impl BundleAdjuster {
             poses,
             intrinsics: problem.intrinsics.clone(),
             candidate_intrinsics: problem.intrinsics.clone(),
+            rows: problem.views.iter().map(|view| view.rows).collect(),
             motions: problem.inertial.motions.clone(),
             candidate_motions: problem.inertial.motions.clone(),
             eliminated: None,
@@ -207,6 +210,9 @@ impl BundleAdjuster {
             *pose = ViewPose::from_world_from_camera(&view.world_from_camera);
         }
         self.candidate_poses.copy_from_slice(&self.poses);
+        for (rows, view) in self.rows.iter_mut().zip(&self.problem.views) {
+            *rows = view.rows;
+        }
         self.motions.copy_from_slice(&self.problem.inertial.motions);
         self.candidate_motions.copy_from_slice(&self.motions);
         let both = [&mut self.intrinsics, &mut self.candidate_intrinsics];
@@ -256,6 +262,7 @@ impl BundleAdjuster {
         let scene = Scene {
             poses,
             intrinsics,
+            rows: &self.rows,
             losses: &self.problem.losses,
         };
         self.layout
@@ -264,6 +271,7 @@ impl BundleAdjuster {
             .for_each(|chunk| chunk.evaluate(&scene, candidate));
         let mut cost = (self.assembly).prior_cost(&self.problem.priors, (poses, motions))
             + self.problem.inertial.cost(poses, motions)
+            + intrinsics.iter().map(Intrinsics::known_cost).sum::<f64>()
             + (self.problem.relative.iter().map(|edge| edge.cost(poses))).sum::<f64>();
         for chunk in &self.layout.chunks {
             cost += chunk.cost?;
@@ -278,6 +286,7 @@ impl BundleAdjuster {
         let scene = Scene {
             poses: &self.poses,
             intrinsics: &self.intrinsics,
+            rows: &self.rows,
             losses: &self.problem.losses,
         };
         let mut all = Vec::new();
@@ -293,6 +302,7 @@ impl BundleAdjuster {
         let scene = Scene {
             poses: &self.poses,
             intrinsics: &self.intrinsics,
+            rows: &self.rows,
             losses: &self.problem.losses,
         };
         let mut all = Vec::new();
@@ -330,6 +340,7 @@ impl System for BundleAdjuster {
         let scene = Scene {
             poses: &self.poses,
             intrinsics: &self.intrinsics,
+            rows: &self.rows,
             losses: &self.problem.losses,
         };
         let (pattern, direct) = (&self.layout.pattern, &self.layout.direct);
@@ -338,6 +349,7 @@ impl System for BundleAdjuster {
         });
         let state = (&self.poses[..], &self.motions[..]);
         self.assembly.gather(&self.layout, &self.problem, state);
+        self.assembly.add_known(&self.layout, &self.intrinsics);
         self.eliminated = Some((damping, lambda));
         let points = self.layout.chunks.iter().map(|chunk| chunk.gradient_max);
         let blocks = self.assembly.gradient.iter().map(|g| g.abs());

@@ -6,7 +6,9 @@ mod refine;
 
 use super::ids::NONE;
 use super::intrinsics::Intrinsics;
-use super::measurement::{Losses, Measurement, Normal};
+use super::measurement::{Losses, Measurement};
+use super::normal::Normal;
+use super::rows::{CameraState, RowMotion};
 use super::state::ViewPose;
 use crate::linear::BlockPattern;
 use crate::options::Damping;
@@ -73,7 +75,19 @@ struct Start {
 pub(super) struct Scene<'a> {
     pub poses: &'a [ViewPose],
     pub intrinsics: &'a [Intrinsics],
+    /// How the camera of each pose moves.
+    pub rows: &'a [RowMotion],
     pub losses: &'a Losses,
+}
+
+impl<'a> Scene<'a> {
+    #[inline(always)]
+    fn camera(&self, link: &Link) -> CameraState<'a> {
+        CameraState {
+            intrinsics: &self.intrinsics[link.camera as usize],
+            rows: &self.rows[link.view as usize],
+        }
+    }
 }
 
 /// What back substitution found.
@@ -152,14 +166,14 @@ impl Chunk {
         self.observations.push(measurement);
         link.observations = self.observations.len() as u32;
         let first = self.starts.last().map_or(0, |start| start.link) as usize;
-        let pixel = matches!(measurement, Measurement::Pixel { .. });
-        if !pixel {
+        let camera = measurement.uses_camera();
+        if !camera {
             link.camera_touch = NONE;
         }
         match self.links[first..].last_mut() {
             Some(last) if last.view == link.view => {
                 last.observations = link.observations;
-                if pixel {
+                if camera {
                     last.camera_touch = link.camera_touch;
                 }
             }
@@ -267,10 +281,10 @@ impl Chunk {
             let links = self.starts[point].link as usize..self.starts[point + 1].link as usize;
             for link in &self.links[links] {
                 let x = scene.poses[link.view as usize].transform(position);
-                let intrinsics = &scene.intrinsics[link.camera as usize];
+                let camera = scene.camera(link);
                 while k < link.observations as usize {
                     let measurement = &self.observations[k];
-                    let squared = measurement.squared(intrinsics, &x)?;
+                    let squared = measurement.squared(camera, &x)?;
                     cost += measurement.loss(scene.losses).evaluate(squared).0;
                     k += 1;
                 }
@@ -313,9 +327,9 @@ impl Chunk {
             let links = self.starts[point].link as usize..self.starts[point + 1].link as usize;
             for link in &self.links[links] {
                 let x = scene.poses[link.view as usize].transform(position);
-                let intrinsics = &scene.intrinsics[link.camera as usize];
+                let camera = scene.camera(link);
                 while k < link.observations as usize {
-                    self.observations[k].components(intrinsics, &x, all);
+                    self.observations[k].components(camera, &x, all);
                     k += 1;
                 }
             }

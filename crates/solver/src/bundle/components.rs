@@ -2,7 +2,6 @@
 
 use super::active::Active;
 use super::issue::Issue;
-use super::measurement::Measurement;
 use super::prior::Prior;
 use super::problem::BundleProblem;
 
@@ -130,7 +129,7 @@ fn describe(
     for point in 0..problem.points.len() {
         for observation in active.of_point(problem, point) {
             let group = &mut groups[union.root(observation.view as usize)];
-            group.metric |= !matches!(observation.measurement, Measurement::Pixel { .. });
+            group.metric |= !observation.measurement.is_ray();
             group.held_points += usize::from(problem.points[point].fixed);
         }
     }

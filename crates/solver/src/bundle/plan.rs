@@ -3,7 +3,6 @@
 use super::active::{Active, active};
 use super::ids::NONE;
 use super::issue::Issue;
-use super::measurement::Measurement;
 use super::problem::{BundleProblem, Observation};
 
 /// The block of every unknown but the points; `NONE` where it is not estimated.
@@ -27,10 +26,10 @@ impl Blocks {
         let first = members.len();
         for observation in observations {
             let view = observation.view as usize;
-            let pixel = matches!(observation.measurement, Measurement::Pixel { .. });
+            let used = observation.measurement.uses_camera();
             let camera = self.cameras[problem.views[view].camera];
             members.push(self.views[view]);
-            members.push(if pixel { camera } else { NONE });
+            members.push(if used { camera } else { NONE });
         }
         members[first..].sort_unstable();
         let mut end = first;
@@ -65,7 +64,7 @@ impl Plan {
         for &k in &active.order {
             let observation = &problem.observations[k as usize];
             used[observation.view as usize] = true;
-            if matches!(observation.measurement, Measurement::Pixel { .. }) {
+            if observation.measurement.uses_camera() {
                 camera_used[problem.views[observation.view as usize].camera] = true;
             }
         }

@@ -1,7 +1,10 @@
 //! The problem as it is stated: cameras, poses, points, measurements, priors.
 
+mod device;
 mod inertial;
 mod known;
+
+pub use device::ReadDepth;
 
 pub use super::measurement::Losses;
 
@@ -11,6 +14,8 @@ use super::intrinsics::Intrinsics;
 use super::measurement::Measurement;
 use super::prior::{Prior, root_information};
 use super::relative::RelativePose;
+use super::rows::RowMotion;
+use super::sighting::RowPixel;
 use crate::Result;
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 use sphereflow_core::Pose;
@@ -22,6 +27,7 @@ pub(crate) struct View {
     pub world_from_camera: Pose,
     pub camera: usize,
     pub fixed: bool,
+    pub rows: RowMotion,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +76,8 @@ impl BundleProblem {
     }
 
     /// Estimate parameters of a camera, by their names in a calibration file; `focal` is `fx` and
-    /// `fy` together. Derivatives are closed forms for focal lengths, principal point, skew and
+    /// `fy` together; `readout_s`, `colour_offset_s` and the terms of the depth field
+    /// (`depth_field.relative.z1`, ...) are [`DeviceCalibration`](crate::bundle::DeviceCalibration)'s. Derivatives are closed forms for focal lengths, principal point, skew and
     /// OpenCV's coefficients, and central differences for the other models' own parameters.
     ///
     /// # Errors
@@ -92,6 +99,7 @@ impl BundleProblem {
             world_from_camera,
             camera,
             fixed: false,
+            rows: RowMotion::default(),
         });
         Ok(self.views.len() - 1)
     }
@@ -221,7 +229,7 @@ impl BundleProblem {
         self.observations
             .iter()
             .filter_map(|o| match o.measurement {
-                Measurement::Pixel { pixel, .. } => {
+                Measurement::Pixel { pixel, .. } | Measurement::Row(RowPixel { pixel, .. }) => {
                     Some((o.view as usize, o.point as usize, pixel))
                 }
                 _ => None,

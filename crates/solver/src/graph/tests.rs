@@ -323,7 +323,7 @@ fn alignment_has_its_residual_and_information_in_the_frame_of_the_first_pose() {
 #[test]
 fn wrong_alignment_under_cauchy_is_rejected_and_does_not_pull() {
     let ring =
-        |k: usize| Pose::exp(&(Vector6::new(0.0, 0.5236, 0.0, 0.0, 0.0, 0.5) * (k % 12) as f64));
+        |k: usize| Pose::exp(&(Vector6::new(0.0, 0.5, 0.0, 0.0, 0.0, 0.5) * (k % 12) as f64));
     let mut graph = PoseGraph::<Pose, 6>::new();
     for k in 0..12 {
         graph.add_node(ring(k)).unwrap();
