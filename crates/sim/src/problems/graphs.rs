@@ -1,10 +1,10 @@
 //! Pose graphs on a sphere, a torus and a plane grid.
 
 use super::random::Random;
-use crate::graph::{EdgeKind, PoseGraph};
 use crate::{Error, Result};
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use sphereflow_core::Pose;
+use sphereflow_solver::graph::{EdgeKind, PoseGraph};
 use sphereflow_sphere::lie::se3;
 use std::f64::consts::{PI, TAU};
 

@@ -1,10 +1,10 @@
 //! Rooms and streets seen by a moving camera: bundle adjustment problems.
 
 use super::random::Random;
-use crate::bundle::BundleProblem;
 use crate::{Error, Result};
 use nalgebra::{Matrix2, Matrix3, UnitQuaternion, Vector2, Vector3, Vector6};
 use sphereflow_core::Pose;
+use sphereflow_solver::bundle::BundleProblem;
 use sphereflow_sphere::Camera;
 use sphereflow_sphere::lie::se3;
 
