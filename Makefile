@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
 
-.PHONY: demo test bench lint experiments thesis wheel clean
+.PHONY: demo test test-slow bench lint experiments thesis wheel clean
 
 # Build the wheel, install it as a user would, and run the main job on the simulated room.
 demo: $(VENV)/installed-wheel
@@ -13,7 +13,12 @@ demo: $(VENV)/installed-wheel
 # All tests, Rust and Python. Tests on recordings read SPHEREFLOW_DATA and skip where it is unset.
 test: $(VENV)/installed-dev
 	cargo test -q
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -m "not slow"
+
+# What takes minutes, each with its reason beside it: `#[ignore = "slow: ..."]` and `mark.slow`.
+test-slow: $(VENV)/installed-dev
+	cargo test -q -- --ignored
+	$(BIN)/python -m pytest -m slow
 
 bench:
 	cargo bench
@@ -22,6 +27,10 @@ bench:
 lint: $(VENV)/installed-dev
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -q -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps -q
+	@if cargo deny --version >/dev/null 2>&1; then cargo deny check bans licenses sources; \
+	else echo "cargo-deny is not installed: bans, licences and sources are not checked"; fi
+	$(PYTHON) tools/file_rules.py
 	$(BIN)/ruff format --check python tests tools examples benches
 	$(BIN)/ruff check python tests tools examples benches
 	$(BIN)/mypy
