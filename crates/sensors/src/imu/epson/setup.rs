@@ -56,7 +56,6 @@ enum Next {
     Stopped,
     Id,
     Product(usize),
-    Write,
     Filter,
     Start,
 }
@@ -141,7 +140,6 @@ impl Setup {
                 self.phase = match next {
                     Next::Stop => Phase::Stop,
                     Next::Start => Phase::Start,
-                    Next::Write => Phase::Writing(0),
                     other => Phase::Asking(other),
                 };
                 Action::Send(select_window(window))
