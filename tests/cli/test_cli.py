@@ -184,7 +184,7 @@ def test_run_prints_both_errors_and_what_the_pose_graph_did(tmp_path, recording,
     assert "rmse 0.000000 m" not in lines["odometry_ape"]
     assert "rpe_1s_rotation" in lines
     assert "odometry_rpe_1s_rotation" in lines
-    assert "built again" in lines["map"]
+    assert "at the final poses" in lines["map"]
 
 
 @pytest.mark.usefixtures("recording")

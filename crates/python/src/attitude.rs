@@ -1,46 +1,21 @@
 //! `AttitudeFilter` and `VisualAttitude`: attitude from inertial samples and from vision.
 
-use crate::arrays::{floats, stamps};
+use crate::arguments::{reason_text, rotation_from, vector3};
+use crate::arrays::{array1, floats, stamps, xyzw};
 use crate::config::{keywords, settings};
-use crate::errors::{IntoPython, Kind, core_error, exception};
-use crate::observers::array1;
+use crate::errors::IntoPython;
 use crate::pickle::{Reduced, reduced};
 use crate::plain::reason_values;
 use crate::plain::{Plain, named};
-use nalgebra::{UnitQuaternion, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use pyo3::types::PyList;
 use sphereflow_core::ReasonCode;
+use sphereflow_observers::Status;
 use sphereflow_observers::attitude::{
     AttitudeConfig, AttitudeFilter, AttitudeRun, AttitudeState, Method, VisualAttitude, World,
 };
-use sphereflow_observers::{Error, Reason, Status};
-
-impl<T> IntoPython<T> for Result<T, Error> {
-    fn into_python(self) -> PyResult<T> {
-        self.map_err(|error| match error {
-            Error::Core(error) => core_error(&error),
-        })
-    }
-}
-
-/// A vector of three from anything like an array.
-pub fn vector3(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vector3<f64>> {
-    let array = floats(value, name, &[Some(3)])?;
-    Ok(Vector3::from_column_slice(array.as_slice()?))
-}
-
-/// The text of a reason, if any.
-pub fn reason_text(reason: Option<Reason>) -> Option<String> {
-    reason.map(|reason| reason.to_string())
-}
-
-/// x, y, z, w.
-pub fn xyzw(q: &UnitQuaternion<f64>) -> [f64; 4] {
-    [q.i, q.j, q.k, q.w]
-}
 
 /// What the filter says after a sample.
 #[pyclass(name = "AttitudeState", module = "sphereflow.attitude", frozen)]
@@ -300,14 +275,6 @@ impl PyAttitudeFilter {
     }
 }
 
-/// The exception for a name that is none of those expected.
-pub fn unknown(argument: &str, expected: &str, found: &str) -> PyErr {
-    exception(
-        Kind::Value,
-        format!("{argument}: expected {expected}, found '{found}'"),
-    )
-}
-
 /// Attitude from a debiased gyro and visual attitudes, continuous and always there: the thesis's
 /// (9.2) in its stable form.
 ///
@@ -349,13 +316,4 @@ impl PyVisualAttitude {
             .rotation()
             .map(|q| PyArray1::from_slice(py, &xyzw(&q)))
     }
-}
-
-/// A rotation from x, y, z, w, checked to be of norm 1.
-pub fn rotation_from(value: &Bound<'_, PyAny>, name: &str) -> PyResult<UnitQuaternion<f64>> {
-    let array = floats(value, name, &[Some(4)])?;
-    let found = array.as_slice()?;
-    let quat = [found[0], found[1], found[2], found[3]];
-    let pose = sphereflow_core::Pose::from_parts([0.0; 3], quat).into_python()?;
-    Ok(pose.rotation)
 }

@@ -3,10 +3,10 @@
 
 mod samples;
 
-use crate::attitude::{reason_text, vector3};
+use crate::arguments::{reason_text, vector3};
+use crate::arrays::{array1, square};
 use crate::config::{keywords, settings};
 use crate::errors::{IntoPython, core_error};
-use crate::observers::{array1, square};
 use crate::pickle::{Reduced, reduced};
 use crate::plain::reason_values;
 use crate::plain::{Plain, named};

@@ -1,5 +1,6 @@
 //! The Python module `sphereflow._native`: argument checks, views, error mapping; no arithmetic on pixels.
 
+mod arguments;
 mod arrays;
 mod attitude;
 mod calibration;

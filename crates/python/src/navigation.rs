@@ -1,10 +1,9 @@
 //! `NavigationFilter`: pose, velocity and biases from whatever comes.
 
-use crate::arrays::floats;
-use crate::attitude::{reason_text, vector3, xyzw};
+use crate::arguments::{covariance3, reason_text, vector3};
+use crate::arrays::{array1, floats, square, xyzw};
 use crate::config::{keywords, settings};
 use crate::errors::IntoPython;
-use crate::observers::{array1, covariance3, square};
 use crate::pickle::{Reduced, reduced};
 use crate::plain::Plain;
 use crate::plain::reason_values;

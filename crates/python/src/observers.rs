@@ -1,14 +1,13 @@
 //! `VelocityBiasEstimator`: biases of velocities from images.
 
-use crate::arrays::{floats, metres};
-use crate::attitude::{reason_text, unknown, vector3};
+use crate::arguments::{reason_text, unknown, vector3};
+use crate::arrays::{array1, metres, square};
 use crate::camera::PyCamera;
 use crate::config::{keywords, settings};
 use crate::errors::IntoPython;
 use crate::pickle::{Reduced, reduced};
 use crate::plain::reason_values;
 use crate::plain::{Plain, named};
-use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -18,16 +17,6 @@ use sphereflow_observers::velocity_bias::{
     BiasMethod, ImageVelocity, VelocityBiasConfig, VelocityBiasEstimator, VelocityBiasState,
 };
 use sphereflow_sphere::range_from_depth;
-
-/// A vector as an array.
-pub fn array1<'py>(py: Python<'py>, v: &Vector3<f64>) -> Bound<'py, PyArray1<f64>> {
-    PyArray1::from_slice(py, v.as_slice())
-}
-
-/// A square symmetric matrix, flat, as an array.
-pub fn square<'py>(py: Python<'py>, flat: &[f64], n: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    PyArray1::from_slice(py, flat).reshape([n, n])
-}
 
 /// What is known of the velocity biases after a pair of images.
 #[pyclass(name = "VelocityBiasState", module = "sphereflow.observers", frozen)]
@@ -259,13 +248,4 @@ fn per_depth(camera: &sphereflow_sphere::Camera) -> PyResult<Plane<f32>> {
     let ones = DepthMap::new(Plane::filled(camera.width(), camera.height(), 1.0));
     let range = range_from_depth(&ones, camera).into_python()?;
     Ok(range.into_plane())
-}
-
-/// A 3x3 covariance, or a standard deviation for all axes.
-pub fn covariance3(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Matrix3<f64>> {
-    if let Ok(sigma) = value.extract::<f64>() {
-        return Ok(Matrix3::identity() * (sigma * sigma));
-    }
-    let array = floats(value, name, &[Some(3), Some(3)])?;
-    Ok(Matrix3::from_row_slice(array.as_slice()?))
 }

@@ -8,8 +8,8 @@ use crate::trajectory::pose_from;
 use crate::motion_arguments::Image;
 use crate::velocity::PyVelocityEstimate;
 use pyo3::prelude::*;
+use sphereflow_baselines::{RangeFlow, RangeFlowConfig};
 use sphereflow_core::Pose;
-use sphereflow_odometry::{RangeFlow, RangeFlowConfig};
 
 /// Velocities by point-wise range flow: the peer that the weak form is measured against.
 ///

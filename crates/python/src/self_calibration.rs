@@ -11,10 +11,10 @@ use crate::recording::PyRecording;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
-use sphereflow_core::Stamp;
-use sphereflow_odometry::{
+use sphereflow_calibration::{
     CalibrationStatus, SelfCalibration, SelfCalibrationConfig, SelfCalibrator,
 };
+use sphereflow_core::Stamp;
 use sphereflow_sphere::depth_correction::TERM_NAMES;
 use std::path::PathBuf;
 
@@ -84,7 +84,7 @@ impl PySelfCalibration {
     /// The numbers one by one: dicts of name, value, std, prior_std, observable.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let entry = |p: &sphereflow_odometry::CalibratedParameter| {
+        let entry = |p: &sphereflow_calibration::CalibratedParameter| {
             let dict = PyDict::new(py);
             dict.set_item("name", &p.name)?;
             dict.set_item("value", p.value)?;
@@ -108,7 +108,7 @@ impl PySelfCalibration {
     /// prior's) and shares (name to signed share).
     #[getter]
     fn held<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let entry = |held: &sphereflow_odometry::HeldCombination| {
+        let entry = |held: &sphereflow_calibration::HeldCombination| {
             let dict = PyDict::new(py);
             dict.set_item("std_share", held.std_share)?;
             dict.set_item("shares", held.shares.clone().into_py_dict(py)?)?;

@@ -15,9 +15,10 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_alignment::{Also, Config, VelocityEstimate, VelocityEstimator, VelocityPrior};
+use sphereflow_baselines::{ThesisConfig, ThesisEstimator};
 use sphereflow_core::ReasonCode;
 use sphereflow_core::Twist;
-use sphereflow_odometry::{Gyro, ThesisConfig, ThesisEstimator};
+use sphereflow_odometry::Gyro;
 use sphereflow_sphere::Camera;
 use std::sync::Mutex;
 
