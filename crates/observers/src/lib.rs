@@ -6,7 +6,6 @@
 //! a state that is not finite.
 
 pub mod attitude;
-pub mod calibration;
 mod checks;
 mod error;
 #[cfg(test)]

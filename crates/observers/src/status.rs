@@ -1,5 +1,6 @@
 //! What became of a sample, and why: failures are results with a reason, never a made-up state.
 
+use sphereflow_core::{ReasonField, ReasonValue};
 use std::fmt;
 
 /// Which sensor a reason speaks of.
@@ -140,6 +141,72 @@ pub enum Reason {
         /// Share of pixels used.
         share: f64,
     },
+}
+
+sphereflow_core::reason_codes! {
+    Reason {
+        "no_data" => NoData,
+        "settling" => Settling { seconds },
+        "not_finite" => NotFinite { sensor },
+        "out_of_range" => OutOfRange { sensor, found, limit },
+        "spike" => Spike { sensor, found, limit },
+        "bad_covariance" => BadCovariance { sensor },
+        "dead_axis" => DeadAxis { sensor, axis },
+        "saturated" => Saturated { sensor, found },
+        "accel_in_g" => AccelInG { norm },
+        "accel_norm" => AccelNorm { norm },
+        "stamp_not_increasing" => StampNotIncreasing,
+        "gap" => Gap { seconds },
+        "too_late" => TooLate { seconds },
+        "magnetic_disturbance" => MagneticDisturbance,
+        "no_magnetometer" => NoMagnetometer,
+        "gated" => Gated { sensor, distance, limit },
+        "coasting" => Coasting { seconds },
+        "unobservable" => Unobservable { directions },
+        "not_still" => NotStill,
+        "offset_unclear" => OffsetUnclear,
+        "few_pixels" => FewPixels { share },
+    }
+}
+
+/// A sensor's word in a reason's values.
+impl ReasonField for Sensor {
+    fn value(&self) -> ReasonValue {
+        ReasonValue::Word(self.code().into())
+    }
+
+    fn of(value: &ReasonValue) -> Option<Self> {
+        let ReasonValue::Word(word) = value else {
+            return None;
+        };
+        Self::ALL.into_iter().find(|sensor| sensor.code() == word)
+    }
+}
+
+impl Sensor {
+    /// Every sensor.
+    pub const ALL: [Self; 7] = [
+        Self::Gyro,
+        Self::Accel,
+        Self::Mag,
+        Self::Velocity,
+        Self::Pose,
+        Self::ZeroVelocity,
+        Self::Image,
+    ];
+
+    /// `gyro`, `accel`, `mag`, `velocity`, `pose`, `zero_velocity` or `image`.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Gyro => "gyro",
+            Self::Accel => "accel",
+            Self::Mag => "mag",
+            Self::Velocity => "velocity",
+            Self::Pose => "pose",
+            Self::ZeroVelocity => "zero_velocity",
+            Self::Image => "image",
+        }
+    }
 }
 
 impl Status {

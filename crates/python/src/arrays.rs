@@ -156,6 +156,15 @@ pub fn colour(
         .map_err(|error| crate::errors::core_error(&error))
 }
 
+/// A mask `(H, W)` of booleans.
+pub fn mask(value: &Bound<'_, PyAny>, name: &str, size: (usize, usize)) -> PyResult<Plane<bool>> {
+    let array = contiguous(value, name, "bool", "b", "")?.cast_into::<PyArrayDyn<bool>>()?;
+    let (width, height) = size;
+    check_shape(name, array.shape(), &[Some(height), Some(width)])?;
+    let data = array.readonly().as_slice()?.to_vec();
+    Plane::from_vec(width, height, data).map_err(|error| crate::errors::core_error(&error))
+}
+
 /// Brightness 0 to 255 of a grey `(H, W)` or RGB `(H, W, 3)` image of bytes or floats.
 pub fn brightness(
     value: &Bound<'_, PyAny>,

@@ -6,8 +6,8 @@ use crate::errors::IntoPython;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use sphereflow_calibration::{camera_imu, imu_still, mag_ellipsoid};
 use sphereflow_observers::Status;
-use sphereflow_observers::calibration::{camera_imu, imu_still, mag_ellipsoid};
 
 fn status_items(dict: &Bound<'_, PyDict>, status: Status) -> PyResult<()> {
     dict.set_item("status", status.name())?;

@@ -4,13 +4,30 @@ from __future__ import annotations
 
 from typing import Any
 
-from sphereflow.cli.console import FAILED, print_rows, stop
+from sphereflow.cli.console import FAILED, print_json, print_rows, stop
 from sphereflow.pipeline import RunResult
 from sphereflow.report import BUSY_STAGES
 
 
-def finish(result: RunResult, min_coverage: float) -> None:
-    """Print the summary of a run; exit with status 1 where coverage is too low."""
+def finish(result: RunResult, min_coverage: float, *, as_json: bool = False) -> None:
+    """Print the summary of a run, or its report; exit with status 1 where coverage is too low."""
+    report = result.report
+    if as_json:
+        print_json(report | {"result": str(result.folder)})
+    else:
+        print_rows(_summary(result))
+    if not result.covered:
+        outcomes = report["outcomes"]
+        lost = [r["first"] for o in outcomes.values() for r in o["reasons"]]
+        why = f"; first reason: {lost[0]}" if lost else ""
+        raise stop(
+            f"coverage {result.coverage:.3f} is below {min_coverage:g}{why}",
+            f"look at {result.folder / 'report.json'}, or lower --min-coverage",
+            FAILED,
+        )
+
+
+def _summary(result: RunResult) -> list[tuple[str, str]]:
     report = result.report
     outcomes = report["outcomes"]
     counts = ", ".join(f"{o['frames']} {name}" for name, o in outcomes.items() if o["frames"])
@@ -22,6 +39,7 @@ def finish(result: RunResult, min_coverage: float) -> None:
         ("calibration", _calibration(report)),
         ("read-out", f"{1000 * report['readout_s']:g} ms ({report['readout_source']})"),
         ("pose graph", _pose_graph(report)),
+        ("world", _world(report)),
         ("path length", f"{report['path_length_m']:.3f} m"),
         ("map", _map(report)),
         ("speed", "unknown" if rate is None else f"{rate:.1f} frames/s ({_stages(report)})"),
@@ -29,15 +47,7 @@ def finish(result: RunResult, min_coverage: float) -> None:
     rows += _errors(report)
     rows += [("warning", text) for text in report["warnings"]["texts"]]
     rows.append(("result", str(result.folder)))
-    print_rows(rows)
-    if not result.covered:
-        lost = [r["first"] for o in outcomes.values() for r in o["reasons"]]
-        why = f"; first reason: {lost[0]}" if lost else ""
-        raise stop(
-            f"coverage {result.coverage:.3f} is below {min_coverage:g}{why}",
-            f"look at {result.folder / 'report.json'}, or lower --min-coverage",
-            FAILED,
-        )
+    return rows
 
 
 def _stages(report: dict[str, Any]) -> str:
@@ -62,9 +72,14 @@ def _pose_graph(report: dict[str, Any]) -> str:
     return ", ".join(texts)
 
 
+def _world(report: dict[str, Any]) -> str:
+    because = report["world"]["because"]
+    return str(report["world"]["frame"]) + (f" ({because})" if because else "")
+
+
 def _map(report: dict[str, Any]) -> str:
     points = f"{report['map_points']} points"
-    return f"{points}, built again from the corrected poses" if report["map_rebuilt"] else points
+    return f"{points}, at the final poses"
 
 
 def _errors(report: dict[str, Any]) -> list[tuple[str, str]]:
