@@ -8,11 +8,3 @@ pub enum Error {
     #[error(transparent)]
     Core(#[from] sphereflow_core::Error),
 }
-
-/// [`sphereflow_core::Error::Value`] where `value` is not finite and above zero.
-pub(crate) fn positive(argument: &str, value: f64) -> crate::Result<()> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    Err(sphereflow_core::Error::value(argument, "a finite number above 0", value).into())
-}
