@@ -159,9 +159,15 @@ impl Kalman {
             return;
         }
         let gradient = self.x.gravity / norm;
-        let variance = config.gravity_sigma_m_s2.powi(2) * (NORM_PERIOD_S / dt_s).max(1.0);
+        // Along an estimate that is off by e across it, gravity of norm g reads g - e^2 / 2g: by mean and
+        // by deviation as much, and the same e each time.
+        let own = self.covariance.fixed_view::<3, 3>(3, 3);
+        let across = (own.trace() - gradient.dot(&(own * gradient))).max(0.0);
+        let short = across / (2.0 * config.gravity_m_s2);
+        let once = config.gravity_sigma_m_s2.powi(2) + short * short;
+        let variance = once * (NORM_PERIOD_S / dt_s).max(1.0);
         // Ungated: the norm of gravity is known, the estimate follows.
-        let off = config.gravity_m_s2 - norm;
+        let off = config.gravity_m_s2 - short - norm;
         let _ = self.update_gravity(&gradient, off, variance, f64::INFINITY);
     }
 
