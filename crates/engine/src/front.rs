@@ -87,8 +87,9 @@ impl Front {
                 .transpose()?
                 .map(RangeMap::new);
         }
-        if let (Some(corrector), Some(depth)) = (&self.corrector, frame.depth.take()) {
-            frame.depth = Some(corrector.apply(depth)?);
+        if let Some(corrector) = &self.corrector {
+            let corrected = frame.depth.take().map(|depth| corrector.apply(depth));
+            frame.depth = corrected.transpose()?;
         }
         Ok(())
     }

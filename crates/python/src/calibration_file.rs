@@ -181,6 +181,21 @@ impl PyCalibration {
         Ok(Some(dict))
     }
 
+    /// The same for depth images that are corrected already.
+    fn without_depth_field(&self) -> Self {
+        let mut file = self.0.clone();
+        file.depth_field = None;
+        Self(file)
+    }
+
+    /// The same with another read-out time, seconds.
+    fn with_readout_s(&self, readout_s: f64) -> PyResult<Self> {
+        let mut file = self.0.clone();
+        file.readout_s = Some(readout_s);
+        file.calibration().into_python()?;
+        Ok(Self(file))
+    }
+
     /// Rolling shutter: seconds between the exposures of first and last row; None: not known.
     #[getter]
     fn readout_s(&self) -> Option<f64> {

@@ -1,5 +1,6 @@
 //! The Python module `sphereflow._native`: argument checks, views, error mapping; no arithmetic on pixels.
 
+mod arguments;
 mod arrays;
 mod attitude;
 mod calibration;
@@ -76,6 +77,8 @@ mod _native {
     use crate::odometry::{PyDepthOdometry, PyOdometryResult};
     #[pymodule_export]
     use crate::pickle::restore;
+    #[pymodule_export]
+    use crate::plain::reason_codes;
     #[pymodule_export]
     use crate::position::PyPositionObserver;
     #[pymodule_export]

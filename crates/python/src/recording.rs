@@ -114,8 +114,8 @@ impl PyRecording {
         self.0.depth_corrected()
     }
 
-    /// What is known of the device, as the frames are: depth that is corrected when it is read has no
-    /// `depth_field` any more. None for a recording without images.
+    /// What is known of the device; the frames' depth is already corrected by its `depth_field`. None
+    /// for a recording without images.
     #[getter]
     fn calibration(&self) -> PyResult<Option<PyCalibration>> {
         let known = self.0.device().into_python()?;

@@ -125,8 +125,8 @@ impl Recording {
         self.0.calibrated.as_ref().map(|known| &known.calibration)
     }
 
-    /// What is known of the device, as the frames are: without the correction of depth that was
-    /// applied to them, and with the colour camera where it is registered. `None` without images.
+    /// What is known of the device, with the colour camera where it is registered. `None` without
+    /// images. The frames' depth is already corrected by its field.
     ///
     /// # Errors
     /// None in practice: the calibration was checked when it was read.
@@ -135,9 +135,6 @@ impl Recording {
             return Ok(None);
         };
         let mut file = known.calibration.clone();
-        if known.corrector.is_some() {
-            file.depth_field = None;
-        }
         if self.colour_registered() && file.colour.is_none() {
             file.colour = Some(file.depth.clone());
             file.colour_from_depth = Some(sphereflow_core::Pose::identity());
