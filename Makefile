@@ -15,8 +15,9 @@ test: $(VENV)/installed-dev
 	cargo test -q
 	$(BIN)/python -m pytest
 
-# What takes minutes: the notebooks of docs/notebooks, cell by cell, and whatever else is marked slow.
+# What takes minutes, each with its reason beside it: `#[ignore = "slow: ..."]` and `mark.slow`.
 test-slow: $(VENV)/installed-dev
+	cargo test -q -- --ignored
 	$(BIN)/python -m pytest -m slow
 
 bench:
@@ -26,6 +27,10 @@ bench:
 lint: $(VENV)/installed-dev
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -q -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps -q
+	@if cargo deny --version >/dev/null 2>&1; then cargo deny check bans licenses sources; \
+	else echo "cargo-deny is not installed: bans, licences and sources are not checked"; fi
+	$(PYTHON) tools/file_rules.py
 	$(BIN)/ruff format --check python tests tools examples benches
 	$(BIN)/ruff check python tests tools examples benches
 	$(BIN)/mypy

@@ -97,7 +97,7 @@ fn alignment_depends_on_its_arguments_alone() {
 fn frames_of_other_cameras_and_empty_ones_are_lost_with_nothing_known() {
     let (camera, mut aligner) = (pinhole(), aligner());
     let keyframe = pyramid(&aligner, &camera, &somewhere());
-    let small = Camera::pinhole(160, 120, 130.0, 130.0, 79.5, 59.5).unwrap();
+    let small = Camera::pinhole(130.0, 130.0, 79.5, 59.5, 160, 120).unwrap();
     let other = Aligner::new(&small, Config::default()).unwrap();
     let foreign = pyramid(&other, &small, &somewhere());
     let guess = se3::exp(&MOTIONS[0].into());

@@ -34,7 +34,8 @@ pub fn measured_noise(image: &Plane<f32>) -> f32 {
     *blocks.select_nth_unstable_by(place, f32::total_cmp).1 / READING
 }
 
-/// As [`measured_noise`], by the median response of the kernel over all usable pixels (every fifth each way): half of them
+/// As [`measured_noise`], by the median response of the kernel over all usable pixels (every
+/// fifth each way): half of them
 /// may be on edges. `None` where under a hundred say anything.
 pub fn median_noise(image: &Plane<f32>) -> Option<f32> {
     /// Pixels from one that is asked to the next, each way.

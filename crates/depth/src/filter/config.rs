@@ -33,7 +33,8 @@ pub struct DepthFilterConfig {
     pub roughness_per_m_rad: f64,
     /// Share of the information that survives a frame.
     pub memory: f64,
-    /// Frames after the start in which less survives, so that early mistakes are forgotten: four fifths in the first two
+    /// Frames after the start in which less survives, so that early mistakes are forgotten: four
+    /// fifths in the first two
     /// thirds of them, then more and more.
     pub start_frames: usize,
     /// Changes of brightness.

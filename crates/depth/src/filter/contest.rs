@@ -21,7 +21,8 @@ const REACH: usize = 6;
 /// Images of fewer columns than this many times the reach have a smaller one.
 const COLUMNS_PER_REACH: usize = 32;
 
-/// Relative deviation up to which the other surface may offer itself: what hardly anything is known of spreads otherwise.
+/// Relative deviation up to which the other surface may offer itself: what hardly anything is
+/// known of spreads otherwise.
 const CREDIBLE: f32 = 0.1;
 
 /// The other surface must explain the images this much better, and the pixel's own must do so poorly: a perfect

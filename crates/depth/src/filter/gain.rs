@@ -206,7 +206,8 @@ impl<L: Lens> RowSamples<'_, '_, L> {
 }
 
 /// The new image's gain in each of `height` rows: one for all, and the smoothed deviations of the rows where
-/// they are more than noise (of standard deviation `sigma`); then also what is told of ranges besides. The rows are every so
+/// they are more than noise (of standard deviation `sigma`); then also what is told of ranges
+/// besides. The rows are every so
 /// many.
 fn gains(
     (total, rows): (&Sums, &[RowLight]),

@@ -1,3 +1,5 @@
+//! Keyframes of the depth filter: what is remembered, and when it comes back.
+
 #![allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
 
 use super::*;

@@ -2,7 +2,8 @@
 //!
 //! zeta = a . b on a plane of the world, with b the pixel's ray: the same three numbers a over the whole
 //! image. Moments of information in cells of 4x4 pixels are summed to coarser cells; from the coarsest
-//! down, each cell's plane is fitted with that of the coarser cells as prior, or with that of a neighbour which explains its
+//! down, each cell's plane is fitted with that of the coarser cells as prior, or with that of a
+//! neighbour which explains its
 //! pixels better; on coarse levels planes so go on by a few cells. A cell may hold two surfaces, one before the other:
 //! neither draws the other one's planes.
 
@@ -199,8 +200,10 @@ mod tests {
         assert!((state[lost][0] - wall(41, 30)).abs() < STAYS);
     }
 
-    /// A wall up to column 72 that is known to a thousandth, and another beyond, turned towards the camera, of which each
-    /// pixel measures zeta only to the share `beyond`, by row: the state has it as the first one's continuation. Returns
+    /// A wall up to column 72 that is known to a thousandth, and another beyond, turned towards
+    /// the camera, of which each
+    /// pixel measures zeta only to the share `beyond`, by row: the state has it as the first
+    /// one's continuation. Returns
     /// nodes and true zeta.
     fn corner(rng: &mut ChaCha8Rng, beyond: impl Fn(usize) -> f32) -> (Vec<Node>, Vec<f32>) {
         let mut truth = Vec::new();
