@@ -99,7 +99,7 @@ mod _native {
         PySimilarityGraph, PySolverResult,
     };
     #[pymodule_export]
-    use crate::trajectory::{PyTrajectory, associate};
+    use crate::trajectory::{PyTrajectory, py_associate};
     #[pymodule_export]
     use crate::update::PyUpdate;
     #[pymodule_export]

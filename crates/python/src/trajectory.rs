@@ -1,4 +1,9 @@
-//! `Trajectory` and `associate`.
+//! `Trajectory`.
+
+mod pairs;
+mod selection;
+
+pub use pairs::py_associate;
 
 use crate::arrays::{floats, stamps};
 use crate::errors::{IntoPython, Kind, exception};
@@ -8,7 +13,8 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PySlice};
-use sphereflow_core::{Pose, Stamp, Trajectory, associate as associate_stamps};
+use selection::selected;
+use sphereflow_core::{Pose, Stamp, Trajectory};
 use sphereflow_io::trajectory::{
     TrajectoryFormat, read_trajectory, read_trajectory_lenient, write_trajectory,
 };
@@ -349,33 +355,6 @@ fn rows<const N: usize>(poses: &[Pose], of: impl Fn(&Pose) -> [f64; N]) -> Vec<f
     flat
 }
 
-/// The indices that a mask (length,) or an array of integers selects.
-fn selected(key: &Bound<'_, PyAny>, length: usize) -> PyResult<Vec<isize>> {
-    let numpy = key.py().import("numpy")?;
-    let array = numpy.call_method1("asarray", (key,))?;
-    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-    let shape: Vec<usize> = array.getattr("shape")?.extract()?;
-    let expected = match kind.as_str() {
-        "b" => length.to_string(),
-        "i" | "u" => "K".into(),
-        _ => {
-            let found = array.getattr("dtype")?;
-            let text = format!("index: expected int, slice, bools or ints, found {found}");
-            return Err(exception(Kind::Dtype, text));
-        }
-    };
-    if shape.len() != 1 || (kind == "b" && shape[0] != length) {
-        let text = format!("index: expected shape ({expected},), found {shape:?}");
-        return Err(exception(Kind::Shape, text));
-    }
-    let indices = if kind == "b" {
-        numpy.call_method1("flatnonzero", (array,))?
-    } else {
-        array
-    };
-    indices.call_method0("tolist")?.extract()
-}
-
 fn trajectory_format(name: &str) -> PyResult<TrajectoryFormat> {
     name.parse::<TrajectoryFormat>().into_python()
 }
@@ -391,44 +370,4 @@ pub fn pose_from(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Pose> {
     let array = floats(value, name, &[Some(4), Some(4)])?;
     let matrix = nalgebra::Matrix4::from_row_slice(array.as_slice()?);
     Pose::from_matrix(&matrix).map_err(|e| exception(Kind::Value, format!("{name}: {e}")))
-}
-
-/// Pairs of the nearest stamps.
-///
-/// Each stamp of the shorter list takes the nearest of the longer one, which may serve twice: the rule
-/// of evo.
-///
-/// Parameters
-/// ----------
-/// stamp_ns_a, stamp_ns_b : array_like of int, (N,), (M,)
-///     Increasing nanoseconds.
-/// max_difference_s : float
-///     Pairs further apart than this are left out.
-///
-/// Returns
-/// -------
-/// ndarray of int, (K, 2)
-///     Indices into `stamp_ns_a` and `stamp_ns_b`.
-#[pyfunction]
-#[pyo3(signature = (stamp_ns_a, stamp_ns_b, max_difference_s))]
-pub fn associate<'py>(
-    py: Python<'py>,
-    stamp_ns_a: &Bound<'py, PyAny>,
-    stamp_ns_b: &Bound<'py, PyAny>,
-    max_difference_s: f64,
-) -> PyResult<Bound<'py, PyArray2<i64>>> {
-    if !(max_difference_s.is_finite() && max_difference_s >= 0.0) {
-        let text = format!("max_difference_s: expected seconds >= 0, found {max_difference_s}");
-        return Err(exception(Kind::Value, text));
-    }
-    let (a, b) = (
-        stamps(stamp_ns_a, "stamp_ns_a")?,
-        stamps(stamp_ns_b, "stamp_ns_b")?,
-    );
-    let pairs = associate_stamps(&a, &b, (max_difference_s * 1e9).round() as u64);
-    let flat: Vec<i64> = pairs
-        .iter()
-        .flat_map(|&(i, j)| [i as i64, j as i64])
-        .collect();
-    PyArray1::from_vec(py, flat).reshape([pairs.len(), 2])
 }

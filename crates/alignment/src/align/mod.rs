@@ -66,7 +66,7 @@ type Outcome = std::result::Result<Solved, (Reason, f64)>;
 /// use sphereflow_sphere::Camera;
 ///
 /// # fn main() -> sphereflow_alignment::Result<()> {
-/// let camera = Camera::pinhole(320, 240, 260.0, 260.0, 159.5, 119.5)?;
+/// let camera = Camera::pinhole(260.0, 260.0, 159.5, 119.5, 320, 240)?;
 /// let mut aligner = Aligner::new(&camera, Config::default())?;
 /// // A bowl: what the camera sees determines all six directions of motion.
 /// let depth = DepthMap::new(Plane::from_fn(320, 240, |x, y| {
