@@ -67,7 +67,9 @@ pub(crate) fn header(text: &str) -> Vec<&str> {
             line.starts_with('#') || !split(line).iter().any(|field| is_number(field))
         })
         .last();
-    names.map_or(Vec::new(), |line| split(line.trim_start_matches(['#', ' '])))
+    names.map_or(Vec::new(), |line| {
+        split(line.trim_start_matches(['#', ' ']))
+    })
 }
 
 fn is_number(field: &str) -> bool {

@@ -122,7 +122,10 @@ fn recognise(values: &[f64], usual: Unit) -> (Unit, String) {
     };
     let dated = |unit: &Unit| UNIX_S.contains(&(first * unit.seconds()));
     if let Some(unit) = UNITS.into_iter().find(dated) {
-        return (unit, format!("the first, {first}, is then a date from 2000 to 2100"));
+        return (
+            unit,
+            format!("the first, {first}, is then a date from 2000 to 2100"),
+        );
     }
     let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.retain(|step| *step > 0.0);
@@ -138,7 +141,13 @@ fn recognise(values: &[f64], usual: Unit) -> (Unit, String) {
     let far = |unit: &Unit| (step * unit.seconds() / USUAL_INTERVAL_S).ln().abs();
     let nearest = UNITS.into_iter().min_by(|a, b| far(a).total_cmp(&far(b)));
     let unit = nearest.unwrap_or(usual);
-    (unit, format!("a median interval of {step} is {:.3} s", step * unit.seconds()))
+    (
+        unit,
+        format!(
+            "a median interval of {step} is {:.3} s",
+            step * unit.seconds()
+        ),
+    )
 }
 
 #[cfg(test)]
@@ -149,9 +158,18 @@ mod tests {
     fn unit_parses_exactly_with_and_without_exponent() {
         let ns = |unit: Unit, text: &str| unit.parse(text).map(Stamp::ns);
         assert_eq!(ns(Unit::Seconds, "12.5"), Some(12_500_000_000));
-        assert_eq!(ns(Unit::Milliseconds, "1500000000123"), Some(1_500_000_000_123_000_000));
-        assert_eq!(ns(Unit::Microseconds, "1500000000123456"), Some(1_500_000_000_123_456_000));
-        assert_eq!(ns(Unit::Nanoseconds, "1.5e+18"), Some(1_500_000_000_000_000_000));
+        assert_eq!(
+            ns(Unit::Milliseconds, "1500000000123"),
+            Some(1_500_000_000_123_000_000)
+        );
+        assert_eq!(
+            ns(Unit::Microseconds, "1500000000123456"),
+            Some(1_500_000_000_123_456_000)
+        );
+        assert_eq!(
+            ns(Unit::Nanoseconds, "1.5e+18"),
+            Some(1_500_000_000_000_000_000)
+        );
         assert_eq!(ns(Unit::Nanoseconds, "7 oxen"), None);
     }
 

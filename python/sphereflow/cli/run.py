@@ -77,12 +77,16 @@ def run(
     ] = World.AUTO,
     config: Annotated[
         Path | None,
-        typer.Option(help="Settings (TOML); config dump prints them all, config check reads a file."),
+        typer.Option(
+            help="Settings (TOML); config dump prints them all, config check reads a file."
+        ),
     ] = None,
     rrd: Annotated[
         Path | None, typer.Option(help="Also record for the rerun viewer in this file.")
     ] = None,
-    max_frames: Annotated[int | None, typer.Option(metavar="N", help="Stop after N frames.")] = None,
+    max_frames: Annotated[
+        int | None, typer.Option(metavar="N", help="Stop after N frames.")
+    ] = None,
     pictures: Annotated[bool, typer.Option(help="Draw pictures of the result.")] = True,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an earlier result in the folder.")

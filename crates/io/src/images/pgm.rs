@@ -1,5 +1,6 @@
-//! Binary PGM (P5): 8 bits, or 16 bits with the high byte first (or recognised otherwise). Samples are never rescaled, which
-//! is why no general decoder is used: counts of depth must stay counts.
+//! Binary PGM (P5): 8 bits, or 16 bits with the high byte first (or plainly last).
+//! Samples are never rescaled, which is why no general decoder is used: counts of depth must stay
+//! counts.
 
 use super::Image;
 use crate::{Error, Result};
@@ -77,7 +78,9 @@ fn is_low_byte_first(samples: &[[u8; 2]]) -> bool {
         counts.map(|(a, b)| u64::from(a.abs_diff(b))).sum()
     };
     let mut seen = [false; 256];
-    samples.iter().for_each(|pair| seen[usize::from(pair[1])] = true);
+    samples
+        .iter()
+        .for_each(|pair| seen[usize::from(pair[1])] = true);
     let high_bytes = seen.iter().filter(|&&seen| seen).count();
     samples.len() >= MIN_SAMPLES
         && high_bytes >= MIN_HIGH_BYTES

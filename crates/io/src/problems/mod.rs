@@ -3,6 +3,7 @@
 mod bal;
 mod bundler;
 mod g2o;
+mod landmarks;
 mod libmv;
 mod snavely;
 mod tokens;

@@ -53,9 +53,10 @@ pub(super) fn read(path: &Path, warnings: &mut Warnings) -> Result<(Vec<Listed>,
                 (true, false) => warnings.add(&format!("{name}: listed file is missing"), || {
                     format!("line {}: {}", row.line, row.text(column + 1))
                 }),
-                _ => warnings.add(&format!("{name}: stamp that does not increase left out"), || {
-                    format!("line {}: {stamp} s", row.line)
-                }),
+                _ => warnings.add(
+                    &format!("{name}: stamp that does not increase left out"),
+                    || format!("line {}: {stamp} s", row.line),
+                ),
             }
         }
     }

@@ -90,7 +90,12 @@ pub(super) fn calibrate(
         source.push_str(", depth_scale given by the caller");
     }
     if guessed {
-        warn_of_guess(folder, &calibration, options.depth_scale.is_some(), warnings);
+        warn_of_guess(
+            folder,
+            &calibration,
+            options.depth_scale.is_some(),
+            warnings,
+        );
     }
     let camera = calibration.camera()?;
     let correction = calibration.depth_field.filter(|c| !c.is_identity());

@@ -23,7 +23,9 @@ pub use sync::SyncStatistics;
 use crate::images::{depth_from_raw, range_from_raw, read_colour, read_raw_depth};
 use crate::{CalibrationFile, Error, Result, Warnings};
 use nalgebra::Vector3;
-use sphereflow_core::{Error as CoreError, ImuSample, MagSample, Plane, RgbdFrame, Stamp, Trajectory};
+use sphereflow_core::{
+    Error as CoreError, ImuSample, MagSample, Plane, RgbdFrame, Stamp, Trajectory,
+};
 use sphereflow_sphere::{Camera, DepthCorrector};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -208,13 +210,23 @@ impl Recording {
     /// What was left out or looks wrong, counted; what is found when frames are read comes last.
     pub fn warnings(&self) -> Warnings {
         let mut all = self.0.warnings.clone();
-        all.extend(&self.0.colour_warnings.lock().unwrap_or_else(PoisonError::into_inner));
+        all.extend(
+            &self
+                .0
+                .colour_warnings
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner),
+        );
         all
     }
 
     /// Says what becomes of the colour images, by the first.
     fn look_at_colour(&self) {
-        let first = self.0.files.iter().find_map(|files| files.colour.as_deref());
+        let first = self
+            .0
+            .files
+            .iter()
+            .find_map(|files| files.colour.as_deref());
         if let (Some(path), Some(camera)) = (first, self.camera()) {
             self.colour_of(path, (camera.width(), camera.height()));
         }
@@ -231,7 +243,10 @@ impl Recording {
         let read = match read_colour(path) {
             Ok(read) => read,
             Err(error) => {
-                warn("colour image left out: it cannot be read", error.to_string());
+                warn(
+                    "colour image left out: it cannot be read",
+                    error.to_string(),
+                );
                 return None;
             }
         };

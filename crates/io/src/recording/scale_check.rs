@@ -41,9 +41,10 @@ pub(super) fn check(
         && let Ok(bytes) = read_bytes(&first.depth)
         && file_is_low_byte_first(&bytes)
     {
-        warnings.add("depth is PGM with the low byte first: read so", || {
-            "the format puts the high byte first, in which neighbouring pixels would jump"
-        });
+        warnings.add(
+            "depth is PGM with the low byte first: read so",
+            || "the format puts the high byte first, in which neighbouring pixels would jump",
+        );
     }
     if depths.is_empty() {
         warnings.add(

@@ -1,7 +1,7 @@
 //! TUM RGB-D folders, and our own recordings, which are TUM folders with more in them.
 
-use super::calibrate::{Fallback, calibrate};
 use super::association;
+use super::calibrate::{Fallback, calibrate};
 use super::index::{self, Listed};
 use super::{
     Calibrated, Contents, FrameFiles, OpenOptions, RecordingKind, SyncStatistics, samples,

@@ -58,8 +58,14 @@ pub fn guess_format(path: &Path) -> Result<TrajectoryFormat> {
     let row = rows(path, &text)
         .next()
         .ok_or_else(|| Error::content(path, "a trajectory", "no rows"))?;
-    let finer = row.text(0).parse().is_ok_and(|t: f64| t >= FINER_THAN_SECONDS);
-    let commas = text.lines().nth(row.line - 1).is_some_and(|l| l.contains([',', ';']));
+    let finer = row
+        .text(0)
+        .parse()
+        .is_ok_and(|t: f64| t >= FINER_THAN_SECONDS);
+    let commas = text
+        .lines()
+        .nth(row.line - 1)
+        .is_some_and(|l| l.contains([',', ';']));
     match row.fields.len() {
         n if n >= 8 && finer && commas => Ok(TrajectoryFormat::Euroc),
         12 => Ok(TrajectoryFormat::Kitti),
