@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
 
-.PHONY: demo test test-slow bench lint experiments thesis wheel clean
+.PHONY: demo test test-slow bench lint experiments experiments-full thesis wheel clean
 
 # Build the wheel, install it as a user would, and run the main job on the simulated room.
 demo: $(VENV)/installed-wheel
@@ -13,7 +13,7 @@ demo: $(VENV)/installed-wheel
 # All tests, Rust and Python. Tests on recordings read SPHEREFLOW_DATA and skip where it is unset.
 test: $(VENV)/installed-dev
 	cargo test -q
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest
 
 # What takes minutes, each with its reason beside it: `#[ignore = "slow: ..."]` and `mark.slow`.
 test-slow: $(VENV)/installed-dev
@@ -36,10 +36,15 @@ lint: $(VENV)/installed-dev
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest sphereflow._native
 	$(BIN)/python tools/thesis_map.py --check
+	$(BIN)/python tools/thesis_pages.py
 
-# The figures of docs/: each is drawn by one script in benches/experiments.
+# Each figure is drawn by one script in benches/experiments, with its curves beside it: small ones to
+# $(OUT)/experiments, those of docs/figures at the full size (an hour).
 experiments: $(VENV)/installed-dev
-	$(BIN)/python benches/experiments/run_all.py --out docs/figures
+	$(BIN)/python benches/experiments/run_all.py --out $(OUT)/experiments
+
+experiments-full: $(VENV)/installed-dev
+	$(BIN)/python benches/experiments/run_all.py --full --out docs/figures
 
 thesis: $(VENV)/installed-dev
 	$(BIN)/python tools/thesis_map.py

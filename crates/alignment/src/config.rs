@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::noise_model::NoiseModel;
 use sphereflow_core::Error;
+use sphereflow_core::checks::{each, non_negative, positive, share, within};
 use sphereflow_sphere::Camera;
 
 /// How the velocity between two images is found.
@@ -201,9 +202,7 @@ impl Config {
             ("min_domains", self.min_domains, 6, 100_000),
         ];
         for (name, value, low, high) in counts {
-            if !(low..=high).contains(&value) {
-                return Err(Error::value(name, format!("{low} to {high}"), value));
-            }
+            within(name, value, low..=high)?;
         }
         let shares = [
             ("block_known_share", self.block_known_share),
@@ -217,12 +216,8 @@ impl Config {
             ("unobservable_score", self.unobservable_score),
             ("covariance.motion_share", self.covariance.motion_share),
         ];
-        for (name, value) in shares {
-            if !(0.0..=1.0).contains(&value) {
-                return Err(Error::value(name, "0 to 1", value));
-            }
-        }
-        let positive = [
+        each(share, &shares)?;
+        let sizes = [
             ("max_bend", self.max_bend),
             ("domain_noise", self.domain_noise),
             ("good_residual_scale", self.good_residual_scale),
@@ -233,25 +228,13 @@ impl Config {
             ("max_gap_s", self.max_gap_s),
             ("covariance.scale", self.covariance.scale),
         ];
-        for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number", value));
-            }
-        }
+        each(positive, &sizes)?;
         self.noise.validate()?;
         if self.max_std_m.is_nan() || self.max_std_m <= 0.0 {
             let expected = "a positive number of metres, or infinity";
             return Err(Error::value("max_std_m", expected, self.max_std_m));
         }
-        let floor = self.covariance.floor_m;
-        if !(floor.is_finite() && floor >= 0.0) {
-            return Err(Error::value(
-                "covariance.floor_m",
-                "metres, not negative",
-                floor,
-            ));
-        }
-        Ok(())
+        non_negative("covariance.floor_m", self.covariance.floor_m)
     }
 }
 

@@ -7,6 +7,7 @@ use crate::config::Config;
 use crate::depth_image::DepthImage;
 use crate::motion::{pose_from_twist, twist_from_pose};
 use crate::observability::WeakDirection;
+use crate::pair_input::PairInput;
 use crate::pyramid::FramePyramid;
 use nalgebra::Matrix6;
 use sphereflow_core::{Error, Plane, Pose, Reason, TrackStatus, Twist};
@@ -183,15 +184,13 @@ impl VelocityEstimator {
         dt_s: f64,
         also: &Also<'_>,
     ) -> Result<VelocityEstimate> {
-        if !(dt_s.is_finite() && dt_s > 0.0) {
-            return Err(Error::value("dt_s", "a positive number of seconds", dt_s));
-        }
+        let pair = PairInput::checked(self.camera(), first, second, dt_s)?;
         if let Some(prior) = &also.prior {
             check_prior(prior)?;
         }
         let aligner = &self.aligner;
-        aligner.average(&first.into(), "depth0", &mut self.first)?;
-        aligner.average(&second.into(), "depth1", &mut self.second)?;
+        aligner.average(&pair.first, "depth0", &mut self.first)?;
+        aligner.average(&pair.second, "depth1", &mut self.second)?;
         if let Some(images) = also.brightness {
             let [first, second] = &mut self.grey;
             aligner.average_brightness(images.0, "image0", first)?;

@@ -22,6 +22,7 @@ mod motion;
 mod noise_model;
 pub mod observability;
 mod pair;
+mod pair_input;
 mod plane_projection;
 mod pyramid;
 mod robust;
@@ -45,9 +46,9 @@ pub use motion::{pose_from_twist, twist_from_pose};
 pub use noise_model::NoiseModel;
 pub use observability::WeakDirection;
 pub use pair::Pair;
+pub use pair_input::PairInput;
 pub use plane_projection::PlaneProjection;
 pub use pyramid::FramePyramid;
-pub use row_motion::RollingShutter;
 pub use second_motion::SecondMotion;
 
 /// Result of the crate's fallible calls: a core error names the argument, what was expected and

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use sphereflow_core::Error;
+use sphereflow_core::checks::non_negative;
 
 /// The noise of a domain's mean over the distance. Only the dependence matters to the weights, as
 /// the size is measured with every solve; it decides what counts as a good fit.
@@ -56,11 +57,8 @@ impl NoiseModel {
         let Self::TimeOfFlight { floor_m, share } = *self else {
             return Ok(());
         };
-        for (name, value) in [("noise.floor_m", floor_m), ("noise.share", share)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::value(name, "a number, not negative", value));
-            }
-        }
+        non_negative("noise.floor_m", floor_m)?;
+        non_negative("noise.share", share)?;
         if floor_m + share == 0.0 {
             return Err(Error::value("noise", "some noise", "none"));
         }

@@ -5,11 +5,11 @@ use crate::binning::{BlockRule, InverseDepth};
 use crate::brightness::BrightnessPyramid;
 use crate::config::Config;
 use crate::depth_image::DepthImage;
+use crate::pair_input::check_size;
 use crate::plane_projection::PlaneProjection;
 use crate::sphere_table::SphereTable;
 use crate::tiling::Tiling;
 use nalgebra::Vector2;
-use sphereflow_core::Error;
 use sphereflow_sphere::Camera;
 
 /// What does not change from frame to frame at one size of blocks.
@@ -127,12 +127,7 @@ impl LevelStack {
         argument: &str,
         out: &mut FramePyramid,
     ) -> Result<()> {
-        let (width, height) = self.size;
-        if image.size() != self.size {
-            let (w, h) = image.size();
-            let expected = format!("{width}x{height} pixels as the camera");
-            return Err(Error::shape(argument, expected, format!("{w}x{h} pixels")));
-        }
+        check_size(argument, image, self.size)?;
         out.levels.resize_with(self.levels.len(), Default::default);
         out.levels[0].average(image, self.depth_per_range.as_deref(), self.rule);
         self.coarsen(out, 0);

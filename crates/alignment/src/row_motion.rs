@@ -1,31 +1,8 @@
 //! A motion between two images whose second was read out row by row.
 
 use nalgebra::{Matrix3, Vector3};
-use sphereflow_core::{Pose, Twist};
-use sphereflow_sphere::lie::se3;
-
-/// Rolling shutter: row `y` of `height` is exposed `((y + 1/2) / height - 1/2) * readout_s` after
-/// the stamp, while the camera moves with `twist`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RollingShutter {
-    /// Velocity of the camera during the exposure, its own frame.
-    pub twist: Twist,
-    /// Time between the exposures of the first and the last row, seconds; negative: the last first.
-    pub readout_s: f64,
-}
-
-impl RollingShutter {
-    /// True where all rows see the same moment, or the camera is at rest.
-    pub fn is_global(&self) -> bool {
-        self.readout_s == 0.0 || self.twist == Twist::default()
-    }
-
-    /// Pose of the camera when row `y` was exposed, in the frame of the camera at the stamp.
-    fn stamp_from_row(&self, y: usize, height: usize) -> Pose {
-        let offset_s = ((y as f64 + 0.5) / height as f64 - 0.5) * self.readout_s;
-        se3::exp(&(self.twist.vector() * offset_s))
-    }
-}
+use sphereflow_core::Pose;
+use sphereflow_sphere::RollingShutter;
 
 /// The motion to one row of the second image and back, for arithmetic in single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +77,7 @@ pub fn fill(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sphereflow_core::Twist;
 
     #[test]
     fn rows_are_exposed_around_the_stamp() {

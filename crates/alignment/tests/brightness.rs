@@ -1,6 +1,6 @@
 //! Brightness as a second conserved field: planes and corridors become observable.
 //!
-//! `cargo test -p sphereflow-odometry --test brightness -- --nocapture` prints the figures.
+//! `cargo test -p sphereflow-alignment --test brightness -- --nocapture` prints the figures.
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 mod scene;

@@ -1,6 +1,6 @@
 //! The scenes whose unseen motions are known: dimension and directions from one range image each.
 //!
-//! `cargo test -p sphereflow-odometry --test nine_scenes -- --nocapture` prints the spectra.
+//! `cargo test -p sphereflow-alignment --test nine_scenes -- --nocapture` prints the spectra.
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 mod scene;

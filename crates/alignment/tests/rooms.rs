@@ -1,6 +1,6 @@
 //! Accuracy in simulated rooms at 640x480: exact depth, noise, cameras, and the information bound.
 //!
-//! `cargo test -p sphereflow-odometry --release --test rooms -- --nocapture` prints the figures.
+//! `cargo test -p sphereflow-alignment --release --test rooms -- --nocapture` prints the figures.
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3};

@@ -50,6 +50,29 @@ pub enum Reason {
         /// Of which sensor.
         sensor: Sensor,
     },
+    /// A number that no such sensor reads.
+    OutOfRange {
+        /// Of which sensor.
+        sensor: Sensor,
+        /// Largest component found, in the sensor's unit.
+        found: f64,
+        /// The largest that is believed.
+        limit: f64,
+    },
+    /// A single reading that jumps away from the one before.
+    Spike {
+        /// Of which sensor.
+        sensor: Sensor,
+        /// By how much, in the sensor's unit.
+        found: f64,
+        /// What is believed at once.
+        limit: f64,
+    },
+    /// A covariance that is not symmetric positive definite, or beyond all bounds.
+    BadCovariance {
+        /// Of which measurement.
+        sensor: Sensor,
+    },
     /// An axis reads one and the same number while the others change.
     DeadAxis {
         /// Of which sensor.
@@ -125,6 +148,9 @@ sphereflow_core::reason_codes! {
         "no_data" => NoData,
         "settling" => Settling { seconds },
         "not_finite" => NotFinite { sensor },
+        "out_of_range" => OutOfRange { sensor, found, limit },
+        "spike" => Spike { sensor, found, limit },
+        "bad_covariance" => BadCovariance { sensor },
         "dead_axis" => DeadAxis { sensor, axis },
         "saturated" => Saturated { sensor, found },
         "accel_in_g" => AccelInG { norm },
@@ -237,6 +263,26 @@ impl fmt::Display for Reason {
             Self::NoData => write!(f, "nothing was measured yet"),
             Self::Settling { seconds } => write!(f, "settling for another {seconds:.1} s"),
             Self::NotFinite { sensor } => write!(f, "{sensor}: a number is not finite"),
+            Self::OutOfRange {
+                sensor,
+                found,
+                limit,
+            } => write!(
+                f,
+                "{sensor}: {found:.3e} is beyond what such a sensor reads, {limit:.3e}"
+            ),
+            Self::Spike {
+                sensor,
+                found,
+                limit,
+            } => write!(
+                f,
+                "{sensor}: a jump by {found:.3}, at most {limit:.3} is believed at once"
+            ),
+            Self::BadCovariance { sensor } => write!(
+                f,
+                "{sensor}: the covariance is not positive definite within 1e-9 to 1e9 (standard deviations)"
+            ),
             Self::DeadAxis { sensor, axis } => {
                 let name = ["x", "y", "z"].get(*axis).unwrap_or(&"?");
                 write!(f, "{sensor}: axis {name} never changes while the others do")

@@ -48,7 +48,7 @@ impl KeyframePolicy {
             ("max_flow_px", self.max_flow_px),
             ("max_surprise_m", self.max_surprise_m),
         ];
-        Ok(each(positive, &sizes)?)
+        each(positive, &sizes)
     }
 }
 

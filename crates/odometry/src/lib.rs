@@ -6,18 +6,9 @@
 
 mod keyframe;
 mod odometry;
-mod range_flow;
-mod self_calibration;
-pub mod thesis;
 
 pub use keyframe::{KeyframeEvent, KeyframeMotion, KeyframePolicy};
 pub use odometry::{DepthOdometry, Gyro, OdometryConfig, OdometryResult, Timings};
-pub use range_flow::{RangeFlow, RangeFlowConfig};
-pub use self_calibration::{
-    CalibratedParameter, CalibrationStatus, HeldCombination, SelfCalibration,
-    SelfCalibrationConfig, SelfCalibrator,
-};
-pub use thesis::{RowWeights, ThesisConfig, ThesisEstimator, TimeRule};
 
 /// Result of the crate's fallible calls: a core error names the argument, what was expected and
 /// what was found. A frame that cannot be used is no error but a status.

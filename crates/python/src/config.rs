@@ -7,6 +7,10 @@ mod engine;
 mod flow;
 mod observers;
 
+pub use alignment::noise_named;
+pub use depth::{DepthObserverConfig, FlowObserverConfig};
+pub use flow::{SolverKind, parts, solver};
+
 use crate::errors::{Kind, exception};
 use crate::plain::Plain;
 use pyo3::prelude::*;

@@ -1,5 +1,6 @@
 //! The Python module `sphereflow._native`: argument checks, views, error mapping; no arithmetic on pixels.
 
+mod arguments;
 mod arrays;
 mod attitude;
 mod calibration;
@@ -77,6 +78,8 @@ mod _native {
     #[pymodule_export]
     use crate::pickle::restore;
     #[pymodule_export]
+    use crate::plain::reason_codes;
+    #[pymodule_export]
     use crate::position::PyPositionObserver;
     #[pymodule_export]
     use crate::range_flow::PyRangeFlow;
@@ -96,7 +99,7 @@ mod _native {
         PySimilarityGraph, PySolverResult,
     };
     #[pymodule_export]
-    use crate::trajectory::{PyTrajectory, associate};
+    use crate::trajectory::{PyTrajectory, py_associate};
     #[pymodule_export]
     use crate::update::PyUpdate;
     #[pymodule_export]

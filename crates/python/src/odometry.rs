@@ -1,16 +1,20 @@
 //! `DepthOdometry`: poses of a moving depth camera.
 
 use crate::camera::PyCamera;
+use crate::config::{keywords, settings};
 use crate::errors::{IntoPython, Kind, exception};
-use crate::motion_arguments::{Image, config, deviation, matrix6, reason, vector3, vector3_of};
+use crate::motion_arguments::{
+    Image, deviation, matrix6, reason, vector3, vector3_of, with_keywords,
+};
 use crate::pickle::{Reduced, reduced};
-use crate::plain::Plain;
+use crate::plain::{Plain, reason_values};
 use crate::trajectory::pose_matrix;
 use nalgebra::{Matrix6, Vector3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_alignment::CovarianceModel;
+use sphereflow_core::ReasonCode;
 use sphereflow_core::{Stamp, Twist};
 use sphereflow_odometry::{DepthOdometry, Gyro, OdometryConfig, OdometryResult};
 
@@ -45,6 +49,18 @@ impl PyOdometryResult {
     #[getter]
     fn reason(&self) -> Option<String> {
         reason(&self.0.status)
+    }
+
+    /// Stable code of the reason, in snake_case (docs/reason-codes.md); None where there is none.
+    #[getter]
+    fn reason_code(&self) -> Option<&'static str> {
+        self.0.status.reason().map(|why| why.code())
+    }
+
+    /// The values that decided, by name; empty where there is no reason.
+    #[getter]
+    fn reason_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        reason_values(py, self.0.status.reason().as_ref())
     }
 
     /// True where the pose was measured or defined; False where it is only predicted.
@@ -186,11 +202,13 @@ impl PyOdometryResult {
 /// ----------
 /// camera : Camera
 ///     The depth camera, any model.
+/// config : sphereflow.config.OdometryConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
 /// method, along, domains, max_std_m, noise
 ///     As in `estimate_velocity`.
-/// keyframes : bool
+/// keyframes : bool, optional
 ///     False measures every frame against the one before.
-/// readout_s : float
+/// readout_s : float, optional
 ///     Rolling shutter: seconds between the exposures of the first and the last row, the stamp being
 ///     the middle row's; 0 where all rows are exposed at once, 0.03 for a Kinect v1.
 /// depth_corrected : bool
@@ -206,29 +224,30 @@ pub struct PyDepthOdometry {
 #[pymethods]
 impl PyDepthOdometry {
     #[new]
-    #[pyo3(signature = (camera, *, method = "pyramid", along = "axis", domains = None,
-        max_std_m = None, keyframes = true, readout_s = 0.0, depth_corrected = false,
-        noise = "disparity"))]
+    #[pyo3(signature = (camera, *, config = None, method = None, along = "axis",
+        domains = None, max_std_m = None, keyframes = None, readout_s = None,
+        depth_corrected = false, noise = None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         camera: &PyCamera,
-        method: &str,
+        config: Option<&Bound<'_, PyAny>>,
+        method: Option<&str>,
         along: &str,
         domains: Option<usize>,
         max_std_m: Option<f64>,
-        keyframes: bool,
-        readout_s: f64,
+        keyframes: Option<bool>,
+        readout_s: Option<f64>,
         depth_corrected: bool,
-        noise: &str,
+        noise: Option<&str>,
     ) -> PyResult<Self> {
-        let mut config = OdometryConfig {
-            alignment: config(method, domains, max_std_m, noise)?,
-            readout_s,
-            ..OdometryConfig::default()
-        };
-        config.keyframes.enabled = keyframes;
+        let mut config: OdometryConfig = settings(config)?;
+        config.alignment = with_keywords(config.alignment, method, domains, max_std_m, noise)?;
+        keywords!(config {
+            readout_s = readout_s,
+            keyframes.enabled = keyframes,
+        });
         if depth_corrected {
-            config.alignment.covariance = CovarianceModel::calibrated();
+            config.alignment.covariance.motion_share = CovarianceModel::calibrated().motion_share;
         }
         if !matches!(along, "axis" | "ray") {
             let text = format!("along: expected 'axis' (depth) or 'ray' (range), found '{along}'");

@@ -5,6 +5,9 @@ mod motion;
 mod observers;
 mod status;
 
+pub use motion::{CALIBRATION_CODES, calibration_code};
+pub use status::{reason_codes, reason_values};
+
 use crate::errors::{Kind, exception};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyString, PyTuple};
@@ -45,10 +48,21 @@ pub fn dict_of<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py,
         .map_err(|_| not_plain("a dict", value))
 }
 
+/// The key of a field: its name, or the word that is given.
+macro_rules! key {
+    ($field:ident) => {
+        stringify!($field)
+    };
+    ($field:ident $word:literal) => {
+        $word
+    };
+}
+pub(crate) use key;
+
 /// Implements [`Plain`] for a struct whose fields are all named, as a dict: a field that is
-/// forgotten does not compile. What stands after `skip` takes its default.
+/// forgotten does not compile. `as` gives another key, what stands after `skip` takes its default.
 macro_rules! plain_struct {
-    ($name:ident { $($field:ident),+ $(,)? } $(skip { $($skipped:ident),+ })?) => {
+    ($name:ident { $($field:ident $(as $word:literal)?),+ $(,)? } $(skip { $($skipped:ident),+ })?) => {
         impl $crate::plain::Plain for $name {
             fn to_plain<'py>(
                 &self,
@@ -58,7 +72,7 @@ macro_rules! plain_struct {
                 let dict = ::pyo3::types::PyDict::new(py);
                 $(::pyo3::types::PyDictMethods::set_item(
                     &dict,
-                    stringify!($field),
+                    $crate::plain::key!($field $($word)?),
                     $crate::plain::Plain::to_plain($field, py)?,
                 )?;)+
                 Ok(dict.into_any())
@@ -69,7 +83,10 @@ macro_rules! plain_struct {
             ) -> ::pyo3::PyResult<Self> {
                 let dict = $crate::plain::dict_of(value)?;
                 Ok($name {
-                    $($field: $crate::plain::field(dict, stringify!($field))?,)+
+                    $($field: $crate::plain::field(
+                        dict,
+                        $crate::plain::key!($field $($word)?),
+                    )?,)+
                     $($($skipped: ::std::default::Default::default(),)+)?
                 })
             }

@@ -2,7 +2,7 @@
 
 use crate::motion_arguments::{matrix6, reason, vector3};
 use crate::pickle::{Reduced, reduced};
-use crate::plain::{Plain, plain_struct};
+use crate::plain::{Plain, plain_struct, reason_values};
 use crate::trajectory::pose_matrix;
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2};
@@ -60,6 +60,12 @@ impl PyUpdate {
     fn reason_code(&self) -> Option<&'static str> {
         use sphereflow_core::ReasonCode;
         self.0.status.reason().map(|reason| reason.code())
+    }
+
+    /// The values that decided, by name; empty where there is no reason.
+    #[getter]
+    fn reason_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        reason_values(py, self.0.status.reason().as_ref())
     }
 
     /// True where the pose was measured or defined; False where it is only predicted.

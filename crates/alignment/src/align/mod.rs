@@ -2,32 +2,31 @@
 //! warped by the estimate before each.
 
 mod alignment;
+mod level;
 mod overlap;
 mod priors;
 mod progress;
 mod schedule;
+mod shutter;
 
 use crate::Result;
 use crate::area_integrals::AreaIntegrals;
 use crate::binning::InverseDepth;
-use crate::brightness::{Brightness, BrightnessPyramid, Images};
+use crate::brightness::{Brightness, BrightnessPyramid};
 use crate::cell_sums::CellSums;
 use crate::config::Config;
 use crate::depth_image::DepthImage;
 use crate::motion::size_m;
 use crate::pair::Pair;
 use crate::pyramid::{FramePyramid, LevelStack};
-use crate::robust::{Prior, RobustSolver, Solution};
-use crate::row_motion::{self, RollingShutter, RowMotion};
-use crate::warp::Warp;
-use crate::weak_form::WeakForm;
+use crate::robust::{Prior, RobustSolver};
+use crate::row_motion::RowMotion;
 pub use alignment::Alignment;
 use alignment::Solved;
-use nalgebra::Vector6;
 pub use priors::{MotionPrior, Priors, ReadOut};
 use progress::Progress;
 use schedule::{Solve, schedule};
-use sphereflow_core::{Plane, Pose, Reason, Twist};
+use sphereflow_core::{Plane, Pose, Reason};
 use sphereflow_sphere::Camera;
 use sphereflow_sphere::lie::se3;
 
@@ -67,7 +66,7 @@ type Outcome = std::result::Result<Solved, (Reason, f64)>;
 /// use sphereflow_sphere::Camera;
 ///
 /// # fn main() -> sphereflow_alignment::Result<()> {
-/// let camera = Camera::pinhole(320, 240, 260.0, 260.0, 159.5, 119.5)?;
+/// let camera = Camera::pinhole(260.0, 260.0, 159.5, 119.5, 320, 240)?;
 /// let mut aligner = Aligner::new(&camera, Config::default())?;
 /// // A bowl: what the camera sees determines all six directions of motion.
 /// let depth = DepthMap::new(Plane::from_fn(320, 240, |x, y| {
@@ -276,137 +275,6 @@ impl Aligner {
             settled: progress.settled,
             solves: progress.solves,
         })
-    }
-
-    /// Makes the pair of the first image and the second one seen from the first's pose.
-    fn warp(&mut self, config: &Config, task: &Task<'_>, level: usize, motion: Pose) {
-        let shutter = task
-            .priors
-            .readout
-            .map_or_else(RollingShutter::default, |readout| {
-                let moved = readout.keyframe_from_earlier.inverse() * motion;
-                RollingShutter {
-                    twist: Twist::from_vector(&(se3::log(&moved) / readout.since_s)),
-                    readout_s: readout.readout_s,
-                }
-            });
-        let tables = &self.stack.levels[level];
-        let (first, second) = (&task.first.levels[level], &task.second.levels[level]);
-        if motion == Pose::identity() && shutter.is_global() {
-            // An image at rest needs no look-up, which would lose the borders of holes.
-            row_motion::fill(&mut self.rows, &motion, &shutter, tables.table.height);
-            self.pair.fill(&tables.table, first, second);
-            return;
-        }
-        Warp {
-            camera: &tables.camera,
-            plane: tables.plane.as_ref(),
-            table: &tables.table,
-            second,
-            motion,
-            shutter,
-            max_jump: config.max_jump as f32,
-            steps: if level == task.finest {
-                FINE_STEPS
-            } else {
-                COARSE_STEPS
-            },
-        }
-        .fill(first, &mut self.rows, &mut self.warped);
-        self.pair.fill(&tables.table, first, &self.warped);
-    }
-
-    /// What the brightness says of the step left, where there are images.
-    fn add_brightness(
-        &mut self,
-        config: &Config,
-        task: &Task<'_>,
-        level: usize,
-        prior: &mut Prior,
-    ) {
-        let Some((first, second)) = task.priors.brightness else {
-            return;
-        };
-        let tables = &self.stack.levels[level];
-        let images = Images {
-            first_depth: &task.first.levels[level],
-            pair: &self.pair.mean,
-            first: &first.levels[level],
-            second: &second.levels[level],
-            rows: &self.rows,
-        };
-        let weight = config.brightness_weight;
-        let term = self.brightness.term(tables, &images, weight);
-        prior.information += term.information;
-        prior.gradient += term.gradient;
-    }
-
-    /// Weak form and robust solve of the current pair.
-    fn solve(
-        &mut self,
-        config: &Config,
-        level: usize,
-        prior: &Prior,
-        restart: bool,
-    ) -> std::result::Result<Solution, Reason> {
-        let tables = &self.stack.levels[level];
-        WeakForm {
-            table: &tables.table,
-            tiling: &tables.tiling,
-            pair: &self.pair,
-            max_jump: config.max_jump as f32,
-        }
-        .accumulate(&mut self.sums, &mut self.inside);
-        let found = self.solver.take(&self.sums, &tables.tiling, config);
-        if found < config.min_domains {
-            return Err(Reason::FewDomains {
-                found,
-                needed: config.min_domains,
-            });
-        }
-        let solution = if restart {
-            self.solver.solve(config, prior)
-        } else {
-            self.solver.solve_from(config, prior, Vector6::zeros())
-        };
-        let finite = solution.twist.iter().all(|v| v.is_finite());
-        finite.then_some(solution).ok_or(Reason::NotConverged)
-    }
-
-    /// The image of a frame as it would be had all rows been exposed at the stamp, given the
-    /// camera's velocity during the exposure. Only the finest level that the frame has is looked up;
-    /// the coarser ones are averaged from it. Of a frame of another camera's size `out` is left
-    /// empty.
-    pub fn undo_rolling_shutter(
-        &mut self,
-        frame: &FramePyramid,
-        shutter: RollingShutter,
-        out: &mut FramePyramid,
-    ) {
-        let Some(finest) = self.stack.finest_level(frame) else {
-            out.levels.clear();
-            return;
-        };
-        out.levels
-            .resize_with(self.stack.levels.len(), Default::default);
-        out.levels[..finest].fill_with(Default::default);
-        let tables = &self.stack.levels[finest];
-        Warp {
-            camera: &tables.camera,
-            plane: tables.plane.as_ref(),
-            table: &tables.table,
-            second: &frame.levels[finest],
-            motion: Pose::identity(),
-            shutter,
-            max_jump: self.config.max_jump as f32,
-            steps: FINE_STEPS,
-        }
-        .fill(
-            &frame.levels[finest],
-            &mut self.rows,
-            &mut out.levels[finest],
-        );
-        self.stack.coarsen(out, finest);
     }
 }
 

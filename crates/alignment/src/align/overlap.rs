@@ -4,6 +4,7 @@ use super::Aligner;
 use crate::pyramid::FramePyramid;
 use nalgebra::{Vector2, Vector3};
 use sphereflow_core::Pose;
+use sphereflow_core::statistics::median_mut;
 
 impl Aligner {
     /// Share of the keyframe's surface within another frame's image, 0 to 1, and the median
@@ -47,12 +48,10 @@ impl Aligner {
                 }
             }
         }
-        if inside == 0 {
-            return (0.0, f64::INFINITY);
+        match median_mut(&mut self.flows) {
+            Some(median) => (inside as f64 / known as f64, median),
+            None => (0.0, f64::INFINITY),
         }
-        let middle = inside / 2;
-        let (_, median, _) = self.flows.select_nth_unstable_by(middle, f64::total_cmp);
-        (inside as f64 / known as f64, *median)
     }
 }
 

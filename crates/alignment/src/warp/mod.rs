@@ -5,13 +5,13 @@ mod plane;
 use crate::binning::InverseDepth;
 use crate::depth_image::Axis;
 use crate::plane_projection::PlaneProjection;
-use crate::row_motion::{self, RollingShutter, RowMotion};
+use crate::row_motion::{self, RowMotion};
 use crate::sphere_table::SphereTable;
 use nalgebra::{Matrix3, Vector2, Vector3};
 use plane::PlaneRow;
 use rayon::prelude::*;
 use sphereflow_core::Pose;
-use sphereflow_sphere::Camera;
+use sphereflow_sphere::{Camera, RollingShutter};
 
 /// Rows that a thread takes at once.
 const ROWS: usize = 16;

@@ -233,12 +233,12 @@ mod tests {
     use crate::binning::InverseDepth;
     use crate::depth_image::Axis;
     use crate::plane_projection::PlaneProjection;
-    use crate::row_motion::RollingShutter;
     use crate::sphere_table::SphereTable;
     use crate::warp::Warp;
     use nalgebra::{Vector2, Vector3, Vector6};
     use sphereflow_core::{Pose, Twist};
     use sphereflow_sphere::Camera;
+    use sphereflow_sphere::RollingShutter;
     use sphereflow_sphere::lie::se3;
 
     const WIDTH: usize = 161; // not a multiple of the lanes

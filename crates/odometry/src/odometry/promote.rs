@@ -3,9 +3,9 @@
 use super::DepthOdometry;
 use super::emission::Place;
 use sphereflow_alignment::FramePyramid;
-use sphereflow_alignment::RollingShutter;
 use sphereflow_alignment::twist_from_pose;
 use sphereflow_core::{Pose, Twist};
+use sphereflow_sphere::RollingShutter;
 
 impl DepthOdometry {
     /// The last frame becomes the keyframe. `next` is where the current frame is believed to be:

@@ -6,7 +6,8 @@ use crate::plain::{Plain, dict_of, field, named, plain_names, plain_struct};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 pub use sphereflow_alignment::{Config, CovarianceModel, Method, NoiseModel};
-pub use sphereflow_odometry::{KeyframePolicy, OdometryConfig, SelfCalibrationConfig};
+pub use sphereflow_calibration::SelfCalibrationConfig;
+pub use sphereflow_odometry::{KeyframePolicy, OdometryConfig};
 pub use sphereflow_slam::GraphConfig;
 
 plain_names!(Method { "pyramid" => Pyramid, "single" => Single });

@@ -4,8 +4,8 @@ use super::Settings;
 use crate::errors::IntoPython;
 use crate::plain::{plain_names, plain_struct};
 use pyo3::prelude::*;
-pub use sphereflow_odometry::{RangeFlowConfig, ThesisConfig};
-use sphereflow_odometry::{RowWeights, TimeRule};
+pub use sphereflow_baselines::{RangeFlowConfig, ThesisConfig};
+use sphereflow_baselines::{RowWeights, TimeRule};
 use sphereflow_sphere::Camera;
 
 plain_struct!(RangeFlowConfig {

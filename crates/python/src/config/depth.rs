@@ -36,8 +36,9 @@ plain_struct!(SobolevConfig {
     tolerance,
     iterations
 });
+// `lambda` is a keyword of Python.
 plain_struct!(TvDepthConfig {
-    lambda,
+    lambda as "weight",
     beta2,
     gap,
     iterations,

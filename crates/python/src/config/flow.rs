@@ -9,13 +9,14 @@ use sphereflow_core::Plane;
 pub use sphereflow_flow::{HornSchunckConfig, RofConfig, TvL1Config};
 use sphereflow_flow::{HornSchunckSolver, TvL1Flow, horn_schunck, rof_denoise};
 
+// Keys are the words that the functions have: `lambda` is a keyword of Python.
 plain_struct!(RofConfig {
-    beta2,
+    beta2 as "weight",
     tau,
     iterations
 });
 plain_struct!(TvL1Config {
-    lambda,
+    lambda as "weight",
     split,
     warps,
     iterations,

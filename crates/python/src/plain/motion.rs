@@ -3,10 +3,10 @@
 use super::{Plain, not_plain, plain_names, plain_struct};
 use pyo3::prelude::*;
 use sphereflow_alignment::{Information, VelocityEstimate, WeakDirection};
-use sphereflow_odometry::{
-    CalibratedParameter, CalibrationStatus, HeldCombination, KeyframeMotion, OdometryResult,
-    SelfCalibration, Timings,
+use sphereflow_calibration::{
+    CalibratedParameter, CalibrationStatus, HeldCombination, SelfCalibration,
 };
+use sphereflow_odometry::{KeyframeMotion, OdometryResult, Timings};
 use sphereflow_slam::GraphReport;
 use sphereflow_solver::{Iteration, LinearSolver, StopReason, Summary};
 

@@ -115,3 +115,23 @@ impl Plain for DepthStatus {
         .ok_or_else(|| not_plain("a status of depth", value))
     }
 }
+
+/// Every code with the names of its values, by what it is a reason of. Private.
+#[pyfunction]
+#[pyo3(name = "_reason_codes")]
+pub fn reason_codes(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let dict = PyDict::new(py);
+    for (of, codes) in [
+        ("frame", Reason::CODES),
+        ("observer", ObserverReason::CODES),
+        ("depth", DepthReason::CODES),
+        ("calibration", super::CALIBRATION_CODES),
+    ] {
+        let inner = PyDict::new(py);
+        for (code, names) in codes {
+            inner.set_item(code, names.to_vec())?;
+        }
+        dict.set_item(of, inner)?;
+    }
+    Ok(dict)
+}

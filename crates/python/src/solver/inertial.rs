@@ -3,9 +3,8 @@
 use super::result::PySolverResult;
 use super::settings::Settings;
 use super::{matrices, square, vector3};
-use crate::arrays::{floats, vectors3};
+use crate::arrays::{array1, floats, vectors3};
 use crate::errors::{IntoPython, Kind, exception};
-use crate::observers::array1;
 use crate::pickle::{Reduced, reduced};
 use crate::plain::Plain;
 use crate::trajectory::pose_from;

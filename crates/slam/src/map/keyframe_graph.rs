@@ -3,8 +3,8 @@
 use super::Keyframe;
 use nalgebra::Matrix6;
 use sphereflow_core::{Error, Pose, Result};
-use sphereflow_solver::graph::{EdgeKind, GraphSummary, LoopSwitch, PoseGraph};
-use sphereflow_solver::{Options, StopFlag, StopReason};
+use sphereflow_solver::graph::{GraphSummary, LoopSwitch, PoseGraph};
+use sphereflow_solver::{Loss, Options, StopFlag, StopReason};
 use sphereflow_sphere::lie::se3;
 
 /// Cauchy's constant, in standard deviations of an edge: a measurement that is off by this counts
@@ -93,8 +93,7 @@ pub(super) fn solve(keyframes: &[Keyframe], edges: &[Edge], stop: &StopFlag) -> 
         stop: stop.clone(),
         ..Options::default()
     };
-    let switch = LoopSwitch::Cauchy { scale: CAUCHY };
-    let summary = graph.solve(switch, &options).map_err(of_solver)?;
+    let summary = graph.solve(LoopSwitch::Off, &options).map_err(of_solver)?;
     Ok(Solved {
         poses: graph.nodes().to_vec(),
         rejected: summary.robust.rejected.len(),
@@ -115,8 +114,8 @@ fn graph_of(
     }
     for edge in edges {
         // The graph's residuals are twists in the frame of the second pose.
-        let (ends, information) = ((edge.a, edge.b), edge.information_of_second());
-        graph.add_edge(ends, edge.a_from_b, &information, EdgeKind::Loop)?;
+        let (ends, loss) = ((edge.a, edge.b), Loss::Cauchy(CAUCHY));
+        graph.add_alignment(ends, edge.a_from_b, &edge.information, loss)?;
     }
     Ok(graph)
 }
