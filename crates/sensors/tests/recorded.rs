@@ -70,10 +70,9 @@ fn vectornav_messages_have_the_values_of_the_table_beside_them() {
         let stream = vectornav::frame(0b1_1110, &masks, &message[16..]);
         decoder.push(&stream, |reading| readings.push(reading));
     }
-    assert_eq!(
-        (readings.len(), decoder.faults().skipped_bytes),
-        (lines.clone().count(), 0)
-    );
+    // the table's last line is cut off
+    assert_eq!(readings.len() + 1, lines.clone().count());
+    assert_eq!(decoder.faults().skipped_bytes, 0);
     for (line, reading) in lines.zip(&readings) {
         let row: HashMap<&str, &str> = names.iter().copied().zip(line.split(',')).collect();
         let number = |name: &str| row[name].parse::<f64>().unwrap();
