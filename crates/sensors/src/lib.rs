@@ -16,6 +16,8 @@ pub mod imu;
 pub mod kinect;
 pub mod ps1080;
 pub mod registration;
+pub mod serial;
+pub mod sim;
 pub mod synchronise;
 pub mod usb_packet;
 
