@@ -19,6 +19,7 @@ pub mod registration;
 pub mod serial;
 pub mod sim;
 pub mod synchronise;
+pub mod usb;
 pub mod usb_packet;
 
 pub use error::{Error, Result};
