@@ -5,6 +5,9 @@ mod common;
 
 use common::recordings;
 use sphereflow_core::statistics::median_mut;
+use sphereflow_core::{Plane, Stamp};
+use sphereflow_sensors::clock::{ClockFit, Ticks};
+use sphereflow_sensors::disparity::DisparityModel;
 use sphereflow_sensors::imu::epson::{find_model, read};
 use sphereflow_sensors::imu::{Reading, vectornav, xsens};
 use sphereflow_sensors::kinect::parse_motor_state;
@@ -145,4 +148,57 @@ fn kinect_accelerometer_of_a_recording_reads_one_g() {
     assert_eq!(norms.len(), 1458);
     let median = median_mut(&mut norms).unwrap();
     assert!((median - 1.010).abs() < 0.002, "{median}");
+}
+
+/// Depth images of the recording: host time, ticks, raw disparities.
+fn fakenect(folder: &std::path::Path) -> Vec<(Stamp, u32, Plane<u16>)> {
+    let unpacked = tempfile::tempdir().unwrap();
+    let mut tar = std::process::Command::new("tar");
+    tar.arg("-xJf")
+        .arg(folder.join("fakenect-record-120.tar.xz"))
+        .arg("-C")
+        .arg(unpacked.path());
+    assert!(tar.status().unwrap().success());
+    let session = unpacked.path().join("fakenect-record");
+    let index = fs::read_to_string(session.join("INDEX.txt")).unwrap();
+    let depths = index.lines().filter(|line| line.starts_with("d-"));
+    depths
+        .map(|name| {
+            let parts: Vec<&str> = name.trim_end_matches(".pgm").split('-').collect();
+            let bytes = fs::read(session.join(name)).unwrap();
+            let pixels = bytes[bytes.len() - 2 * 640 * 480..].chunks_exact(2);
+            let pixels = pixels.map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
+            let plane = Plane::from_vec(640, 480, pixels).unwrap();
+            (parts[1].parse().unwrap(), parts[2].parse().unwrap(), plane)
+        })
+        .collect()
+}
+
+#[test]
+fn kinect_recording_has_metres_and_the_known_clock() {
+    let Some(folder) = recordings("kinect1-fakenect") else {
+        return;
+    };
+    let frames = fakenect(&folder);
+    assert_eq!(frames.len(), 120);
+    let table = DisparityModel::TYPICAL.table();
+    let (mut ticks, mut clock) = (Ticks::new(60e6).unwrap(), ClockFit::new());
+    let (mut last, mut dropped) = (None, 0);
+    for (arrived, tick, raw) in &frames {
+        let depth = table.apply(raw);
+        assert!(depth.known_share() > 0.3, "{arrived}");
+        let known = depth.metres().data().iter().filter(|z| !z.is_nan());
+        assert!(known.into_iter().all(|z| (0.3..10.0).contains(z)));
+        let ns = ticks.device_ns(*tick, *arrived).unwrap();
+        clock.stamp(ns, *arrived);
+        if let Some(last) = last {
+            // one frame is 2 002 155 ticks: 33.369 ms
+            let frames = (ns - last) as f64 / 33_369_250.0;
+            assert!((frames - frames.round()).abs() < 1e-5, "{frames}");
+            dropped += frames.round() as i64 - 1;
+        }
+        last = Some(ns);
+    }
+    assert_eq!(dropped, 16);
+    assert_eq!((ticks.faults().steps_back, clock.state().steps), (0, 0));
 }
