@@ -1,8 +1,8 @@
 //! Bundle adjustment of a local window: 15 poses, 3000 points, pixels and depths, on one core.
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use sphereflow_sim::problems::{SceneKind, SceneSettings, scene};
 use sphereflow_solver::bundle::BundleAdjuster;
-use sphereflow_solver::generate::{SceneKind, SceneSettings, scene};
 use sphereflow_solver::{LinearSolver, Options};
 
 /// Five iterations from the same start, after one set-up.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What the tracker says of one frame.
+/// What the tracker says of one frame: the one status of the main job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TrackStatus {
     /// The first frame, or the first after a loss: it defines a pose, it measures none.
@@ -11,8 +11,12 @@ pub enum TrackStatus {
     Tracked,
     /// Measured, but some direction is poorly determined: see the covariance.
     Weak(Reason),
+    /// Not seen, but carried by the inertial sensors: the pose is predicted, and its covariance grows.
+    Coasting(Reason),
     /// Not measured: the pose is predicted and must not be taken for a measurement.
     Lost(Reason),
+    /// Found again in the map after a loss.
+    Relocalised,
     /// The frame was left out on purpose (a repeated image, a stamp that does not increase).
     Skipped(Reason),
 }
@@ -70,23 +74,45 @@ pub enum Reason {
     },
 }
 
+crate::reason_codes! {
+    Reason {
+        "no_depth" => NoDepth,
+        "few_known_pixels" => FewKnownPixels { share },
+        "few_domains" => FewDomains { found, needed },
+        "poor_fit" => PoorFit { scale },
+        "unobservable" => Unobservable { score },
+        "divided" => Divided { share },
+        "implausible_motion" => ImplausibleMotion { speed_m_s, rate_rad_s },
+        "not_converged" => NotConverged,
+        "duplicate_frame" => DuplicateFrame,
+        "stamp_not_increasing" => StampNotIncreasing,
+        "gap" => Gap { seconds },
+    }
+}
+
 impl TrackStatus {
     /// True where the pose was measured or defined: such frames count as covered. A repeated image
     /// has the pose of the image that it repeats.
     pub fn has_pose(&self) -> bool {
         matches!(
             self,
-            Self::Started | Self::Tracked | Self::Weak(_) | Self::Skipped(Reason::DuplicateFrame)
+            Self::Started
+                | Self::Tracked
+                | Self::Weak(_)
+                | Self::Relocalised
+                | Self::Skipped(Reason::DuplicateFrame)
         )
     }
 
-    /// `started`, `tracked`, `weak`, `lost` or `skipped`.
+    /// `started`, `tracked`, `weak`, `coasting`, `lost`, `relocalised` or `skipped`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Started => "started",
             Self::Tracked => "tracked",
             Self::Weak(_) => "weak",
+            Self::Coasting(_) => "coasting",
             Self::Lost(_) => "lost",
+            Self::Relocalised => "relocalised",
             Self::Skipped(_) => "skipped",
         }
     }
@@ -94,8 +120,11 @@ impl TrackStatus {
     /// The reason, where there is one.
     pub fn reason(&self) -> Option<Reason> {
         match self {
-            Self::Started | Self::Tracked => None,
-            Self::Weak(reason) | Self::Lost(reason) | Self::Skipped(reason) => Some(*reason),
+            Self::Started | Self::Tracked | Self::Relocalised => None,
+            Self::Weak(reason)
+            | Self::Coasting(reason)
+            | Self::Lost(reason)
+            | Self::Skipped(reason) => Some(*reason),
         }
     }
 }

@@ -12,7 +12,7 @@ pub mod trajectory;
 mod warnings;
 mod writer;
 
-pub use calibration::{Calibration, ImuNoise};
+pub use calibration::{CalibrationFile, CameraEntry, ImuNoise};
 pub use error::{Error, Result};
 pub use recording::{OpenOptions, Recording, RecordingKind, open_recording};
 pub use warnings::{Warning, Warnings};

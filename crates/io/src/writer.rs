@@ -3,7 +3,7 @@
 use crate::images::{Image, JPEG_QUALITY, encode, raw_from_metres};
 use crate::recording::{imu_table, mag_table};
 use crate::trajectory::write_tum;
-use crate::{Calibration, Error, Result, beside};
+use crate::{CalibrationFile, Error, Result, beside};
 use sphereflow_core::{
     Error as CoreError, ImuSample, MagSample, Plane, RgbdFrame, Stamp, Trajectory,
 };
@@ -40,7 +40,7 @@ impl ColourFormat {
 pub struct RecordingWriter {
     path: PathBuf,
     partial: PathBuf,
-    calibration: Calibration,
+    calibration: CalibrationFile,
     /// The camera sees all around: its frames have range, not depth.
     all_around: bool,
     colour_format: ColourFormat,
@@ -58,7 +58,7 @@ impl RecordingWriter {
     /// [`Error::Content`] where `path` is a file or a folder with something in it, or a partial
     /// recording of the same name is there; [`Error::Calibration`] for a calibration that cannot
     /// be read back.
-    pub fn create(path: &Path, calibration: Calibration) -> Result<Self> {
+    pub fn create(path: &Path, calibration: CalibrationFile) -> Result<Self> {
         let occupied = match fs::read_dir(path) {
             Ok(mut entries) => entries.next().is_some(),
             Err(_) => path.exists(),
@@ -273,7 +273,7 @@ impl RecordingWriter {
     }
 
     fn check_size(&self, argument: &str, found: (usize, usize)) -> Result<()> {
-        let expected = (self.calibration.width, self.calibration.height);
+        let expected = (self.calibration.depth.width, self.calibration.depth.height);
         if found == expected {
             return Ok(());
         }

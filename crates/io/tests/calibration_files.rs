@@ -1,18 +1,18 @@
-//! Calibration files: round trip of every field, and errors that name the field.
+//! CalibrationFile files: round trip of every field, and errors that name the field.
 #![allow(clippy::unwrap_used, clippy::expect_used)] // tests stop where a file is not as it should be
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use sphereflow_core::Pose;
-use sphereflow_io::{Calibration, ImuNoise};
-use sphereflow_sphere::{Camera, DepthCorrection};
+use sphereflow_io::{CalibrationFile, ImuNoise};
+use sphereflow_sphere::{Calibration, Camera, DepthCorrection};
 use std::path::Path;
 
 const TEXT: &str = "model = \"pinhole\"\nwidth = 640\nheight = 480\ndepth_scale = 5000.0\n\
     [parameters]\nfx = 525.0\nfy = 525.0\ncx = 319.5\ncy = 239.5\n";
 
 fn error_of(text: &str) -> String {
-    let error = Calibration::from_toml(text, Path::new("calibration.toml")).unwrap_err();
+    let error = CalibrationFile::from_toml(text, Path::new("calibration.toml")).unwrap_err();
     error.to_string()
 }
 
@@ -35,14 +35,14 @@ fn calibration_written_then_read_is_the_same() {
         480,
     )
     .unwrap();
-    let mut calibration = Calibration::of_camera(&camera, 5000.0).unwrap();
+    let mut calibration = CalibrationFile::of_camera(&camera, 5000.0).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("calibration.toml");
     calibration.write(&path).unwrap();
-    assert_eq!(Calibration::read(&path).unwrap(), calibration);
+    assert_eq!(CalibrationFile::read(&path).unwrap(), calibration);
 
     calibration.readout_s = Some(0.02);
-    calibration.time_offset_s = Some(-0.1 / 3.0);
+    calibration.imu_offset_s = Some(-0.1 / 3.0);
     calibration.gravity_in_world_m_s2 = Some(Vector3::new(0.0, 9.81, 1e-3));
     let pose = Pose::from_parts([0.1, 0.2, 1.0 / 3.0], [0.1, 0.2, 0.3, 0.927]).unwrap();
     calibration.camera_from_imu = Some(pose);
@@ -53,7 +53,7 @@ fn calibration_written_then_read_is_the_same() {
         accelerometer_random_walk: 3e-3,
     });
     calibration.write(&path).unwrap();
-    let back = Calibration::read(&path).unwrap();
+    let back = CalibrationFile::read(&path).unwrap();
     assert_eq!(back, calibration);
     assert_eq!(back.camera().unwrap(), camera);
 }
@@ -61,15 +61,15 @@ fn calibration_written_then_read_is_the_same() {
 #[test]
 fn every_camera_model_survives_its_calibration() {
     let equirectangular = Camera::equirectangular(360, 180).unwrap();
-    let calibration = Calibration::of_camera(&equirectangular, 1000.0).unwrap();
+    let calibration = CalibrationFile::of_camera(&equirectangular, 1000.0).unwrap();
     let text = calibration.to_toml(Path::new("a")).unwrap();
-    let back = Calibration::from_toml(&text, Path::new("a")).unwrap();
+    let back = CalibrationFile::from_toml(&text, Path::new("a")).unwrap();
     assert_eq!(back.camera().unwrap(), equirectangular);
 }
 
 #[test]
 fn errors_name_the_field() {
-    Calibration::from_toml(TEXT, Path::new("calibration.toml")).unwrap();
+    CalibrationFile::from_toml(TEXT, Path::new("calibration.toml")).unwrap();
     for (from, to, parts) in [
         (
             "fx = 525.0",
@@ -111,7 +111,7 @@ proptest! {
     fn calibration_of_arbitrary_text_never_panics(
         text in "(?s)([a-z_]{1,12} ?= ?[-0-9.\"a-z\\[\\], ]{0,12}\n|\\[[a-z_]{1,10}\\]\n|.{0,9}){0,8}",
     ) {
-        let _ = Calibration::from_toml(&text, Path::new("a"));
+        let _ = CalibrationFile::from_toml(&text, Path::new("a"));
     }
 }
 
@@ -120,14 +120,14 @@ fn depth_correction_and_readout_survive_the_file() {
     let correction =
         DepthCorrection::from_named(&[("z1", -0.02), ("r4", 1.0 / 30.0)], &[("one", 1e-3)])
             .unwrap();
-    let mut calibration = Calibration::from_toml(TEXT, Path::new("a")).unwrap();
-    assert_eq!(calibration.depth_correction, None);
-    calibration.depth_correction = Some(correction);
+    let mut calibration = CalibrationFile::from_toml(TEXT, Path::new("a")).unwrap();
+    assert_eq!(calibration.depth_field, None);
+    calibration.depth_field = Some(correction);
     calibration.readout_s = Some(-0.03);
     let text = calibration.to_toml(Path::new("a")).unwrap();
-    assert!(text.contains("[depth_correction.relative]"), "{text}");
+    assert!(text.contains("[depth_field.relative]"), "{text}");
     assert_eq!(
-        Calibration::from_toml(&text, Path::new("a")).unwrap(),
+        CalibrationFile::from_toml(&text, Path::new("a")).unwrap(),
         calibration
     );
 }
@@ -149,23 +149,61 @@ fn depth_correction_errors_name_the_field() {
         assert!(error.contains(part), "`{part}` missing in: {error}");
     }
     let all_around = Camera::equirectangular(64, 32).unwrap();
-    let mut calibration = Calibration::of_camera(&all_around, 1000.0).unwrap();
-    calibration.depth_correction = Some(DepthCorrection::default());
+    let mut calibration = CalibrationFile::of_camera(&all_around, 1000.0).unwrap();
+    calibration.depth_field = Some(DepthCorrection::default());
     let error = calibration.to_toml(Path::new("a")).unwrap_err().to_string();
-    assert!(error.contains("depth_correction"), "{error}");
+    assert!(error.contains("depth_field"), "{error}");
 }
 
 #[test]
 fn calibration_with_another_camera_keeps_everything_else() {
-    let mut calibration = Calibration::from_toml(TEXT, Path::new("a")).unwrap();
-    calibration.time_offset_s = Some(0.01);
+    let mut calibration = CalibrationFile::from_toml(TEXT, Path::new("a")).unwrap();
+    calibration.imu_offset_s = Some(0.01);
     let camera = Camera::opencv(520.0, 521.0, 320.0, 240.0, [0.1; 8], 640, 480).unwrap();
     let other = calibration.with_camera(&camera).unwrap();
     assert_eq!(other.camera().unwrap(), camera);
     assert_eq!(
-        (other.depth_scale, other.time_offset_s),
+        (other.depth_scale, other.imu_offset_s),
         (5000.0, Some(0.01))
     );
     let small = Camera::pinhole(50.0, 50.0, 31.5, 23.5, 64, 48).unwrap();
     assert!(calibration.with_camera(&small).is_err());
+}
+
+#[test]
+fn calibration_of_two_cameras_survives_the_file_and_the_estimators_form() {
+    let colour = Camera::pinhole(520.0, 519.0, 320.0, 240.0, 640, 480).unwrap();
+    let depth = Camera::pinhole(580.0, 581.0, 318.0, 241.0, 640, 480).unwrap();
+    let pose = Pose::from_parts([0.025, 0.0, 1e-3], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let mut calibration = Calibration::of_depth_camera(depth);
+    calibration.colour = Some(colour);
+    calibration.colour_from_depth = Some(pose);
+    calibration.colour_offset_s = Some(0.019);
+    calibration.imu_offset_s = Some(-0.004);
+    calibration.readout_s = Some(0.0255);
+    calibration.deviations.insert("readout_s".into(), 4e-4);
+    let file = CalibrationFile::of_calibration(&calibration, 1000.0).unwrap();
+    let text = file.to_toml(Path::new("a")).unwrap();
+    let back = CalibrationFile::from_toml(&text, Path::new("a")).unwrap();
+    assert_eq!(back, file, "{text}");
+    assert_eq!(back.calibration().unwrap(), calibration);
+}
+
+#[test]
+fn calibration_of_schema_one_is_migrated() {
+    let old = TEXT.replace("5000.0", "5000.0\ntime_offset_s = 0.25\nreadout_s = 0.03")
+        + "[depth_correction.relative]\nr4 = -0.05\n";
+    let file = CalibrationFile::from_toml(&old, Path::new("a")).unwrap();
+    assert_eq!(file.imu_offset_s, Some(0.25));
+    assert_eq!(file.depth.parameters["fx"], 525.0);
+    let text = file.to_toml(Path::new("a")).unwrap();
+    assert!(text.contains("schema = 2") && text.contains("[depth_field.relative]"));
+    let back = CalibrationFile::from_toml(&text, Path::new("a")).unwrap();
+    assert_eq!(back, file);
+}
+
+#[test]
+fn calibration_of_a_later_schema_is_refused_by_its_number() {
+    let error = error_of(&format!("schema = 7\n{TEXT}"));
+    assert!(error.contains("`schema`") && error.contains('7'), "{error}");
 }

@@ -202,7 +202,7 @@ fn unknown_camera_of_another_size_is_an_error_not_a_guess() {
     let recording = open_recording(&path, &given).unwrap();
     assert_eq!(recording.calibration_source(), "given by the caller");
     let mut other = calibration();
-    other.width = 320;
+    other.depth.width = 320;
     let given = OpenOptions {
         calibration: Some(other),
         ..OpenOptions::default()
@@ -234,7 +234,7 @@ fn calibration_of_tum_camera_is_chosen_by_name() {
         fs::write(path.join("depth.txt"), format!("{header}1.0 1.png\n")).unwrap();
         let recording = open(&path);
         assert!(recording.calibration_source().contains(source));
-        assert_eq!(recording.calibration().unwrap().model, model);
+        assert_eq!(recording.calibration().unwrap().depth.model, model);
         assert!(
             recording.warnings().as_slice()[0]
                 .text

@@ -1,6 +1,7 @@
 //! `open_recording`, `Recording` and `RecordingWriter`.
 
 use crate::arrays::metres;
+use crate::calibration_file::PyCalibration;
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, io_error};
 use crate::frame::{PyFrame, PyFrameIterator};
@@ -10,7 +11,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_core::{DepthMap, ImuSample, MagSample, RangeMap, RgbdFrame, Stamp};
-use sphereflow_io::{Calibration, OpenOptions, Recording, RecordingWriter, open_recording};
+use sphereflow_io::{CalibrationFile, OpenOptions, Recording, RecordingWriter, open_recording};
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -111,6 +112,14 @@ impl PyRecording {
     #[getter]
     fn depth_corrected(&self) -> bool {
         self.0.depth_corrected()
+    }
+
+    /// What is known of the device; the frames' depth is already corrected by its `depth_field`. None
+    /// for a recording without images.
+    #[getter]
+    fn calibration(&self) -> PyResult<Option<PyCalibration>> {
+        let known = self.0.device().into_python()?;
+        Ok(known.map(PyCalibration))
     }
 
     /// World from camera, where the recording has a truth.
@@ -243,7 +252,9 @@ pub fn py_open_recording(
     depth_scale: Option<f64>,
     sync_tolerance_s: Option<f64>,
 ) -> PyResult<PyRecording> {
-    let calibration = calibration.map(|path| Calibration::read(&path)).transpose();
+    let calibration = calibration
+        .map(|path| CalibrationFile::read(&path))
+        .transpose();
     let calibration = calibration.map_err(|error| io_error(&error))?;
     let options = OpenOptions {
         calibration,
@@ -279,7 +290,7 @@ impl PyRecordingWriter {
     #[new]
     #[pyo3(signature = (path, camera, *, depth_scale = 1000.0))]
     fn new(path: PathBuf, camera: &PyCamera, depth_scale: f64) -> PyResult<Self> {
-        let calibration = Calibration::of_camera(&camera.0, depth_scale).into_python()?;
+        let calibration = CalibrationFile::of_camera(&camera.0, depth_scale).into_python()?;
         Ok(Self {
             writer: Some(RecordingWriter::create(&path, calibration).into_python()?),
             size: (camera.0.width(), camera.0.height()),

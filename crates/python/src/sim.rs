@@ -4,6 +4,7 @@ use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, core_error, exception, io_error};
 use crate::recording::{imu_arrays, mag_arrays};
 use crate::simulated_frame::{PySimulatedFrames, image, rgb};
+use crate::solver::solver_error;
 use crate::trajectory::{PyTrajectory, pose_from};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
@@ -20,6 +21,7 @@ impl<T> IntoPython<T> for Result<T, Error> {
         self.map_err(|error| match error {
             Error::Core(error) => core_error(&error),
             Error::Io(error) => io_error(&error),
+            Error::Solver(error) => solver_error(&error),
         })
     }
 }

@@ -15,8 +15,8 @@ pub use pose_graph::PyPoseGraph;
 pub use result::PySolverResult;
 pub use similarity_graph::PySimilarityGraph;
 
+use crate::arguments::vector3;
 use crate::arrays::floats;
-use crate::attitude::vector3;
 use crate::errors::{IntoPython, Kind, core_error, exception};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
@@ -27,10 +27,15 @@ use sphereflow_solver::{Error, Loss};
 
 impl<T> IntoPython<T> for Result<T, Error> {
     fn into_python(self) -> PyResult<T> {
-        self.map_err(|error| match &error {
-            Error::Core(error) => core_error(error),
-            Error::NoCovariance { .. } => exception(Kind::Data, &error),
-        })
+        self.map_err(|error| solver_error(&error))
+    }
+}
+
+/// The exception of an error of the solver.
+pub(crate) fn solver_error(error: &Error) -> PyErr {
+    match error {
+        Error::Core(error) => core_error(error),
+        Error::NoCovariance { .. } => exception(Kind::Data, error),
     }
 }
 

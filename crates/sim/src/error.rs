@@ -9,6 +9,9 @@ pub enum Error {
     /// A recording could not be written.
     #[error(transparent)]
     Io(#[from] sphereflow_io::Error),
+    /// A problem could not be stated.
+    #[error(transparent)]
+    Solver(#[from] sphereflow_solver::Error),
 }
 
 impl Error {

@@ -1,6 +1,7 @@
 //! Robust losses: how much a large residual counts.
 
-use crate::{Error, Result};
+use crate::Result;
+use sphereflow_core::checks::positive;
 
 /// A loss `rho` of the squared norm `s` of a whitened residual; the cost is half the sum of `rho`.
 /// Thresholds are in standard deviations. Thesis: section 8.4.2, the M-estimator.
@@ -24,9 +25,6 @@ pub enum Loss {
     /// Tukey's biweight: `rho = k^2 / 3 (1 - (1 - s / k^2)^3)`, constant beyond the threshold.
     Tukey(f64),
 }
-
-/// A normal residual's median absolute value times this is its standard deviation: 1 / 0.67449.
-const NORMAL_MAD: f64 = 1.482_602_218_505_602;
 
 /// Share of the weight that is left of the curvature along a residual, at least: a matrix with less
 /// is singular where all residuals of a point are far out.
@@ -90,12 +88,7 @@ impl Loss {
     pub fn check(&self) -> Result<()> {
         match *self {
             Self::Quadratic => Ok(()),
-            Self::Huber(k) | Self::Cauchy(k) | Self::Tukey(k) => {
-                if k.is_finite() && k > 0.0 {
-                    return Ok(());
-                }
-                Err(Error::value("loss", "a positive threshold", k))
-            }
+            Self::Huber(k) | Self::Cauchy(k) | Self::Tukey(k) => Ok(positive("loss", k)?),
         }
     }
 
@@ -108,20 +101,6 @@ impl Loss {
             Self::Tukey(k) => Self::Tukey(k * scale),
         }
     }
-}
-
-/// The standard deviation of centred residual components by their median absolute value; `None`
-/// without any. The order of `residuals` is lost.
-pub fn mad_scale(residuals: &mut [f64]) -> Option<f64> {
-    for value in residuals.iter_mut() {
-        *value = value.abs();
-    }
-    let middle = residuals.len() / 2;
-    if residuals.is_empty() {
-        return None;
-    }
-    let (_, median, _) = residuals.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(NORMAL_MAD * *median)
 }
 
 #[cfg(test)]
@@ -180,17 +159,6 @@ mod tests {
                 assert!((curvature - bounded).abs() < 1e-6, "{loss:?} {r}");
             }
         }
-    }
-
-    #[test]
-    fn mad_scale_ignores_a_third_of_outliers() {
-        let mut residuals: Vec<f64> = (-300..=300).map(|i| f64::from(i) / 300.0).collect();
-        let clean = mad_scale(&mut residuals.clone()).unwrap();
-        residuals.extend([1e6; 300]);
-        let dirty = mad_scale(&mut residuals).unwrap();
-        assert!((clean - NORMAL_MAD * 0.5).abs() < 0.01);
-        assert!(dirty < 2.0 * clean);
-        assert_eq!(mad_scale(&mut []), None);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! When and how the iterations stop, and how steps are damped.
 
-use crate::{Error, Result};
+use crate::Result;
+use sphereflow_core::checks::{each, non_negative};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -84,17 +85,13 @@ impl Options {
     /// # Errors
     /// Naming the setting outside its domain.
     pub fn check(&self) -> Result<()> {
-        for (name, value) in [
+        let settings = [
             ("function_tolerance", self.function_tolerance),
             ("gradient_tolerance", self.gradient_tolerance),
             ("parameter_tolerance", self.parameter_tolerance),
             ("initial_lambda", self.initial_lambda),
             ("min_gain", self.min_gain),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::value(name, "a finite number, 0 or more", value));
-            }
-        }
-        Ok(())
+        ];
+        Ok(each(non_negative, &settings)?)
     }
 }

@@ -2,10 +2,8 @@
 #![allow(unsafe_code, clippy::unwrap_used)]
 
 use nalgebra::Matrix2;
+use sphereflow_sim::problems::{GraphKind, GraphSettings, SceneKind, SceneSettings, graph, scene};
 use sphereflow_solver::bundle::{BundleAdjuster, BundleProblem};
-use sphereflow_solver::generate::{
-    GraphKind, GraphSettings, SceneKind, SceneSettings, graph, scene,
-};
 use sphereflow_solver::graph::{GraphOptimiser, LoopSwitch};
 use sphereflow_solver::{LinearSolver, Loss, Options};
 use sphereflow_sphere::Camera;

@@ -1,41 +1,57 @@
 //! The TOML document of a calibration: reading it with errors that name the field, and writing it.
 
-use super::{Calibration, ImuNoise};
+use super::migration::FirstDocument;
+use super::{CalibrationFile, CameraEntry, ImuNoise};
 use crate::{Error, Result, beside};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use sphereflow_core::{Error as CoreError, Pose};
+use sphereflow_core::{Error as CoreError, Pose, checks};
 use sphereflow_sphere::DepthCorrection;
 use sphereflow_sphere::depth_correction::{TERM_COUNT, TERM_NAMES};
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Version of the layout that is written; a key is never given another meaning under one number.
+pub(super) const SCHEMA: u32 = 2;
+
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Document {
-    model: String,
-    width: usize,
-    height: usize,
-    depth_scale: f64,
+pub(super) struct Document {
+    pub(super) schema: u32,
+    pub(super) depth_scale: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
-    readout_s: Option<f64>,
+    pub(super) readout_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    time_offset_s: Option<f64>,
+    pub(super) colour_offset_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    gravity_in_world_m_s2: Option<[f64; 3]>,
-    parameters: BTreeMap<String, f64>,
+    pub(super) imu_offset_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    depth_correction: Option<Fields>,
+    pub(super) gravity_in_world_m_s2: Option<[f64; 3]>,
+    pub(super) depth: CameraEntry,
     #[serde(skip_serializing_if = "Option::is_none")]
-    camera_from_imu: Option<Transform>,
+    pub(super) colour: Option<CameraEntry>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    imu_noise: Option<ImuNoise>,
+    pub(super) colour_from_depth: Option<Transform>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) depth_field: Option<Fields>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) camera_from_imu: Option<Transform>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) imu_noise: Option<ImuNoise>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) deviations: BTreeMap<String, f64>,
 }
 
-/// A depth correction; a term that is not named is zero.
+/// Which layout a file is of.
+#[derive(Deserialize)]
+struct Version {
+    schema: Option<toml::Value>,
+}
+
+/// A correction of depth; a term that is not named is zero.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Fields {
+pub(super) struct Fields {
     #[serde(default)]
     relative: BTreeMap<String, f64>,
     #[serde(default)]
@@ -44,12 +60,12 @@ struct Fields {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Transform {
+pub(super) struct Transform {
     translation: [f64; 3],
     quat_xyzw: [f64; 4],
 }
 
-impl Calibration {
+impl CalibrationFile {
     /// Read a calibration file.
     ///
     /// # Errors
@@ -63,31 +79,33 @@ impl Calibration {
     /// From the text of a calibration file; `path` is for messages only.
     ///
     /// # Errors
-    /// As [`Calibration::read`].
+    /// As [`CalibrationFile::read`].
     pub fn from_toml(text: &str, path: &Path) -> Result<Self> {
-        let document: Document =
-            toml::from_str(text).map_err(|error| document_error(path, text, &error))?;
-        let camera_from_imu = document.camera_from_imu.map(|t| t.pose()).transpose();
-        let calibration = Self {
-            model: document.model,
-            width: document.width,
-            height: document.height,
-            parameters: document.parameters,
+        let (document, names) = parsed(text, path)?;
+        let pose = |transform: Option<Transform>, table: &str| {
+            let pose = transform.map(|t| t.pose()).transpose();
+            pose.map_err(|error| field_error(path, table, error))
+        };
+        let file = Self {
+            depth: document.depth,
+            colour: document.colour,
+            colour_from_depth: pose(document.colour_from_depth, "colour_from_depth.")?,
             depth_scale: document.depth_scale,
             readout_s: document.readout_s,
-            time_offset_s: document.time_offset_s,
+            colour_offset_s: document.colour_offset_s,
+            imu_offset_s: document.imu_offset_s,
             gravity_in_world_m_s2: document.gravity_in_world_m_s2.map(Vector3::from),
-            depth_correction: document
-                .depth_correction
+            depth_field: document
+                .depth_field
                 .map(|fields| fields.correction())
                 .transpose()
-                .map_err(|error| field_error(path, "depth_correction.", error))?,
-            camera_from_imu: camera_from_imu
-                .map_err(|error| field_error(path, "camera_from_imu.", error))?,
+                .map_err(|error| field_error(path, names.depth_field, error))?,
+            camera_from_imu: pose(document.camera_from_imu, "camera_from_imu.")?,
             imu_noise: document.imu_noise,
+            deviations: document.deviations,
         };
-        calibration.check(path)?;
-        Ok(calibration)
+        file.check(path, &names)?;
+        Ok(file)
     }
 
     /// The text of the calibration file.
@@ -95,22 +113,21 @@ impl Calibration {
     /// # Errors
     /// [`Error::Calibration`] where a value would not be read back; `path` is for messages only.
     pub fn to_toml(&self, path: &Path) -> Result<String> {
-        self.check(path)?;
+        self.check(path, &NAMES)?;
         let document = Document {
-            model: self.model.clone(),
-            width: self.width,
-            height: self.height,
+            schema: SCHEMA,
             depth_scale: self.depth_scale,
             readout_s: self.readout_s,
-            time_offset_s: self.time_offset_s,
+            colour_offset_s: self.colour_offset_s,
+            imu_offset_s: self.imu_offset_s,
             gravity_in_world_m_s2: self.gravity_in_world_m_s2.map(Into::into),
-            parameters: self.parameters.clone(),
-            depth_correction: self.depth_correction.as_ref().map(Fields::of),
-            camera_from_imu: self.camera_from_imu.map(|pose| Transform {
-                translation: pose.translation.into(),
-                quat_xyzw: pose.quat_xyzw(),
-            }),
+            depth: self.depth.clone(),
+            colour: self.colour.clone(),
+            colour_from_depth: self.colour_from_depth.as_ref().map(Transform::of),
+            depth_field: self.depth_field.as_ref().map(Fields::of),
+            camera_from_imu: self.camera_from_imu.as_ref().map(Transform::of),
             imu_noise: self.imu_noise,
+            deviations: self.deviations.clone(),
         };
         toml::to_string(&document).map_err(|error| Error::Calibration {
             path: path.to_path_buf(),
@@ -122,61 +139,109 @@ impl Calibration {
     /// Write the calibration file.
     ///
     /// # Errors
-    /// As [`Calibration::to_toml`], and [`Error::System`] where the file cannot be written.
+    /// As [`CalibrationFile::to_toml`], and [`Error::System`] where the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         beside::write_bytes(path, self.to_toml(path)?.as_bytes())
     }
 
-    /// Every number within its domain, and the camera one that can be built.
-    fn check(&self, path: &Path) -> Result<()> {
+    /// Every number within its domain, and the cameras ones that can be built.
+    fn check(&self, path: &Path, names: &Names) -> Result<()> {
         let bad = |field: &str, expected: &str, found: f64| Error::Calibration {
             path: path.to_path_buf(),
             field: field.into(),
             message: format!("expected {expected}, found {found}"),
         };
-        for (name, &value) in &self.parameters {
-            if !value.is_finite() {
-                return Err(bad(&format!("parameters.{name}"), "a finite number", value));
+        for (table, entry) in [
+            (names.depth, Some(&self.depth)),
+            ("colour.", self.colour.as_ref()),
+        ] {
+            for (name, &value) in entry.iter().flat_map(|entry| &entry.parameters) {
+                if !value.is_finite() {
+                    let field = format!("{table}parameters.{name}");
+                    return Err(bad(&field, "a finite number", value));
+                }
             }
+            let camera = entry.map(CameraEntry::camera).transpose();
+            camera.map_err(|error| field_error(path, table, error))?;
         }
         crate::images::check_scale(self.depth_scale).map_err(|e| field_error(path, "", e))?;
-        if let Some(value) = self.readout_s
-            && !(value.is_finite() && value.abs() < 1.0)
-        {
-            return Err(bad("readout_s", "seconds, below 1 either way", value));
-        }
-        if let Some(value) = self.time_offset_s
-            && !value.is_finite()
-        {
-            return Err(bad("time_offset_s", "finite seconds", value));
-        }
         for &value in self.gravity_in_world_m_s2.iter().flatten() {
             if !value.is_finite() {
                 return Err(bad("gravity_in_world_m_s2", "finite m/s^2", value));
             }
         }
         for (name, value) in self.imu_noise.iter().flat_map(ImuNoise::named) {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(bad(
-                    &format!("imu_noise.{name}"),
-                    "a finite, not negative number",
-                    value,
-                ));
+            let table = format!("imu_noise.{name}");
+            checks::non_negative(&table, value).map_err(|error| field_error(path, "", error))?;
+        }
+        let rest = self.calibration().map(drop);
+        rest.map_err(|error| field_error(path, "", names.renamed(error)))
+    }
+}
+
+/// What the entries are called in the file that is read.
+struct Names {
+    depth: &'static str,
+    depth_field: &'static str,
+    imu_offset_s: &'static str,
+}
+
+const NAMES: Names = Names {
+    depth: "depth.",
+    depth_field: "depth_field.",
+    imu_offset_s: "imu_offset_s",
+};
+
+const FIRST_NAMES: Names = Names {
+    depth: "",
+    depth_field: "depth_correction.",
+    imu_offset_s: "time_offset_s",
+};
+
+impl Names {
+    /// The error of an entry under the name that the file has for it.
+    fn renamed(&self, error: CoreError) -> CoreError {
+        match error {
+            CoreError::Value {
+                argument,
+                expected,
+                found,
+            } => {
+                let own = match argument.as_str() {
+                    "imu_offset_s" => self.imu_offset_s.into(),
+                    "depth_field" => self.depth_field.trim_end_matches('.').into(),
+                    _ => argument,
+                };
+                CoreError::value(own, expected, found)
             }
+            other => other,
         }
-        let camera = self
-            .camera()
-            .map_err(|error| field_error(path, "", error))?;
-        if self.depth_correction.is_some() && camera.wraps_around() {
-            return Err(Error::Calibration {
-                path: path.to_path_buf(),
-                field: "depth_correction".into(),
-                message: "expected a camera with an optical axis: the ranges of a 360-degree \
-                          camera have no such correction"
-                    .into(),
-            });
+    }
+}
+
+/// The document of a file of any schema that is known, and what it calls its entries.
+fn parsed(text: &str, path: &Path) -> Result<(Document, Names)> {
+    let fail = |error: &toml::de::Error| document_error(path, text, error);
+    let version: Version = toml::from_str(text).map_err(|error| fail(&error))?;
+    match version.schema.as_ref().map(toml::Value::as_integer) {
+        None | Some(Some(1)) => {
+            let first: FirstDocument = toml::from_str(text).map_err(|error| fail(&error))?;
+            Ok((first.migrated(), FIRST_NAMES))
         }
-        Ok(())
+        Some(Some(2)) => {
+            let document = toml::from_str(text).map_err(|error| fail(&error))?;
+            Ok((document, NAMES))
+        }
+        Some(_) => Err(Error::Calibration {
+            path: path.to_path_buf(),
+            field: "schema".into(),
+            message: format!(
+                "expected 1 or {SCHEMA}, found {}: a file of a later version of sphereflow",
+                version
+                    .schema
+                    .map_or_else(String::new, |value| value.to_string())
+            ),
+        }),
     }
 }
 
@@ -220,6 +285,13 @@ impl Fields {
 }
 
 impl Transform {
+    fn of(pose: &Pose) -> Self {
+        Self {
+            translation: pose.translation.into(),
+            quat_xyzw: pose.quat_xyzw(),
+        }
+    }
+
     /// A quaternion written by us is unit already, and keeps its bits.
     fn pose(&self) -> std::result::Result<Pose, CoreError> {
         crate::trajectory::pose_from_parts(self.translation, self.quat_xyzw)

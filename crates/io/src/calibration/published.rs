@@ -1,6 +1,6 @@
 //! Published calibrations of the TUM RGB-D benchmark's cameras (Sturm et al., IROS 2012).
 
-use super::Calibration;
+use super::CalibrationFile;
 
 /// Counts per metre of TUM depth images.
 const TUM_DEPTH_SCALE: f64 = 5000.0;
@@ -9,7 +9,7 @@ const TUM_SIZE: (usize, usize) = (640, 480);
 
 /// The calibration of the colour camera of `freiburg1`, `2` or `3`. Depth is registered to the
 /// distorted colour image, so the distortion holds for both.
-pub(crate) fn published(freiburg: u8) -> Option<Calibration> {
+pub(crate) fn published(freiburg: u8) -> Option<CalibrationFile> {
     let numbers: &[f64] = match freiburg {
         1 => &[
             517.306408, 516.469215, 318.643040, 255.313989, 0.262383, -0.953104, -0.005358,
@@ -29,7 +29,7 @@ pub(crate) fn published(freiburg: u8) -> Option<Calibration> {
     } else {
         "pinhole"
     };
-    Some(Calibration::of_model(
+    Some(CalibrationFile::of_model(
         model,
         &named,
         TUM_SIZE,
@@ -38,7 +38,7 @@ pub(crate) fn published(freiburg: u8) -> Option<Calibration> {
 }
 
 /// The ROS driver's default for a Kinect nobody calibrated.
-pub(crate) fn ros_default() -> Calibration {
+pub(crate) fn ros_default() -> CalibrationFile {
     let named = [("fx", 525.0), ("fy", 525.0), ("cx", 319.5), ("cy", 239.5)];
-    Calibration::of_model("pinhole", &named, TUM_SIZE, TUM_DEPTH_SCALE)
+    CalibrationFile::of_model("pinhole", &named, TUM_SIZE, TUM_DEPTH_SCALE)
 }

@@ -2,7 +2,7 @@
 
 use super::{Calibrated, FrameFiles, OpenOptions};
 use crate::images::read_raw_depth;
-use crate::{Calibration, Error, Result};
+use crate::{CalibrationFile, Error, Result};
 use sphereflow_sphere::DepthCorrector;
 use std::path::Path;
 
@@ -15,14 +15,14 @@ pub(super) fn calibrate(
     folder: &Path,
     files: &[FrameFiles],
     options: &OpenOptions,
-    fallback: impl FnOnce() -> Result<(Calibration, String)>,
+    fallback: impl FnOnce() -> Result<(CalibrationFile, String)>,
 ) -> Result<Calibrated> {
     let file = folder.join(FILE);
     let (mut calibration, mut source) = if let Some(given) = &options.calibration {
         (given.clone(), "given by the caller".to_string())
     } else if file.is_file() {
         (
-            Calibration::read(&file)?,
+            CalibrationFile::read(&file)?,
             format!("{FILE} of the recording"),
         )
     } else {
@@ -34,7 +34,7 @@ pub(super) fn calibrate(
         source.push_str(", depth_scale given by the caller");
     }
     let camera = calibration.camera()?;
-    let correction = calibration.depth_correction.filter(|c| !c.is_identity());
+    let correction = calibration.depth_field.filter(|c| !c.is_identity());
     Ok(Calibrated {
         corrector: correction
             .map(|correction| DepthCorrector::new(&camera, &correction))
@@ -49,13 +49,13 @@ pub(super) fn calibrate(
 fn check_image_size(
     folder: &Path,
     files: &[FrameFiles],
-    calibration: &Calibration,
+    calibration: &CalibrationFile,
     source: &str,
 ) -> Result<()> {
     let mut sizes = files
         .iter()
         .filter_map(|f| read_raw_depth(&f.depth).ok().map(|raw| raw.size()));
-    let known = (calibration.width, calibration.height);
+    let known = (calibration.depth.width, calibration.depth.height);
     match sizes.next() {
         Some((width, height)) if (width, height) != known => Err(Error::content(
             folder,

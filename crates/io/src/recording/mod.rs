@@ -20,7 +20,7 @@ pub use stream::FrameStream;
 pub use sync::SyncStatistics;
 
 use crate::images::{depth_from_raw, range_from_raw, read_colour, read_raw_depth};
-use crate::{Calibration, Error, Result, Warnings};
+use crate::{CalibrationFile, Error, Result, Warnings};
 use nalgebra::Vector3;
 use sphereflow_core::{Error as CoreError, ImuSample, MagSample, RgbdFrame, Stamp, Trajectory};
 use sphereflow_sphere::{Camera, DepthCorrector};
@@ -60,7 +60,7 @@ struct FrameFiles {
 /// A camera with the calibration it comes from.
 #[derive(Debug)]
 struct Calibrated {
-    calibration: Calibration,
+    calibration: CalibrationFile,
     camera: Camera,
     /// Where the calibration has a correction of depth.
     corrector: Option<DepthCorrector>,
@@ -121,8 +121,25 @@ impl Recording {
     }
 
     /// The calibration that the camera is of; `None` for inertial recordings.
-    pub fn calibration(&self) -> Option<&Calibration> {
+    pub fn calibration(&self) -> Option<&CalibrationFile> {
         self.0.calibrated.as_ref().map(|known| &known.calibration)
+    }
+
+    /// What is known of the device, with the colour camera where it is registered. `None` without
+    /// images. The frames' depth is already corrected by its field.
+    ///
+    /// # Errors
+    /// None in practice: the calibration was checked when it was read.
+    pub fn device(&self) -> Result<Option<CalibrationFile>> {
+        let Some(known) = self.0.calibrated.as_ref() else {
+            return Ok(None);
+        };
+        let mut file = known.calibration.clone();
+        if self.colour_registered() && file.colour.is_none() {
+            file.colour = Some(file.depth.clone());
+            file.colour_from_depth = Some(sphereflow_core::Pose::identity());
+        }
+        Ok(Some(file))
     }
 
     /// Which calibration that is, and where it comes from.
@@ -140,7 +157,7 @@ impl Recording {
     }
 
     /// Rolling shutter: read-out time in seconds, 0 where the calibration gives none; see
-    /// [`Calibration::readout_s`].
+    /// [`CalibrationFile::readout_s`].
     pub fn readout_s(&self) -> f64 {
         let calibration = self.calibration();
         calibration.and_then(|c| c.readout_s).unwrap_or(0.0)
@@ -233,6 +250,7 @@ impl Recording {
             range,
             imu: between(&self.0.imu, |sample| sample.stamp, before, stamp).to_vec(),
             mag: between(&self.0.mag, |sample| sample.stamp, before, stamp).to_vec(),
+            ..RgbdFrame::default()
         })
     }
 }

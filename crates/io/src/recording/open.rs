@@ -1,7 +1,7 @@
 //! Opening a folder: guess what kind of recording it is, or say what was looked for.
 
 use super::{Recording, euroc, seven_scenes, tum};
-use crate::{Calibration, Error, Result};
+use crate::{CalibrationFile, Error, Result};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Default)]
 pub struct OpenOptions {
     /// Instead of the calibration that would be found.
-    pub calibration: Option<Calibration>,
+    pub calibration: Option<CalibrationFile>,
     /// Counts per metre, instead of the calibration's; a depth that then looks impossible is a
     /// warning, not an error.
     pub depth_scale: Option<f64>,

@@ -3,7 +3,7 @@
 use super::calibrate::calibrate;
 use super::{Contents, FrameFiles, OpenOptions, RecordingKind, scale_check};
 use crate::rows::{read_text, rows};
-use crate::{Calibration, Error, Result, Warnings};
+use crate::{CalibrationFile, Error, Result, Warnings};
 use nalgebra::{Matrix4, Vector3};
 use rayon::prelude::*;
 use sphereflow_core::{Pose, Stamp, Trajectory};
@@ -65,7 +65,8 @@ pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Contents> {
         ));
     }
     let calibrated = calibrate(path, &files, options, || {
-        let calibration = Calibration::of_model("pinhole", &INTRINSICS, (640, 480), DEPTH_SCALE);
+        let calibration =
+            CalibrationFile::of_model("pinhole", &INTRINSICS, (640, 480), DEPTH_SCALE);
         Ok((
             calibration,
             "7-Scenes depth camera as published (585, 585, 320, 240)".into(),

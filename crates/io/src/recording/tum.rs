@@ -135,7 +135,7 @@ fn notes(calibrated: &Calibrated) -> Vec<String> {
         "frames carry the stamps of their depth images".to_string(),
         "truth is world from the colour camera's optical frame".to_string(),
     ];
-    if calibration.model != "pinhole" {
+    if calibration.depth.model != "pinhole" {
         notes.push("depth is registered to the distorted colour image".into());
     }
     notes
@@ -143,7 +143,7 @@ fn notes(calibrated: &Calibrated) -> Vec<String> {
 
 /// The published calibration of the camera named in a list's header or in the folder's name, else
 /// the ROS driver's default.
-fn fallback(path: &Path) -> (crate::Calibration, String) {
+fn fallback(path: &Path) -> (crate::CalibrationFile, String) {
     let named = camera_named_in_headers(path).or_else(|| {
         let folder = std::fs::canonicalize(path).ok()?;
         let name = folder.file_name()?.to_string_lossy().into_owned();

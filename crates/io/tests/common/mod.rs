@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 use sphereflow_core::{DepthMap, ImuSample, MagSample, Plane, Pose, RgbdFrame, Stamp, Trajectory};
-use sphereflow_io::{Calibration, RecordingWriter};
+use sphereflow_io::{CalibrationFile, RecordingWriter};
 use sphereflow_sphere::Camera;
 use std::path::Path;
 
@@ -11,9 +11,9 @@ pub const SIZE: (usize, usize) = (64, 48);
 pub const SCALE: f64 = 5000.0;
 const START_NS: i64 = 1_305_031_229_528_748_001;
 
-pub fn calibration() -> Calibration {
+pub fn calibration() -> CalibrationFile {
     let camera = Camera::pinhole(60.0, 61.0, 31.5, 23.5, SIZE.0, SIZE.1).unwrap();
-    let mut calibration = Calibration::of_camera(&camera, SCALE).unwrap();
+    let mut calibration = CalibrationFile::of_camera(&camera, SCALE).unwrap();
     calibration.gravity_in_world_m_s2 = Some(Vector3::new(0.0, 9.81, 0.0));
     calibration
 }
@@ -46,6 +46,7 @@ pub fn frame(index: usize) -> RgbdFrame {
         range: None,
         imu: imu.to_vec(),
         mag: vec![mag],
+        ..RgbdFrame::default()
     }
 }
 

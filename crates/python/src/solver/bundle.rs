@@ -13,9 +13,9 @@ use nalgebra::{Matrix3, Matrix6};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_io::problems::{BundleFile, read_bundle};
+use sphereflow_sim::problems::{SceneKind, SceneSettings, scene};
 use sphereflow_solver::LinearSolver;
 use sphereflow_solver::bundle::{BundleAdjuster, BundleProblem};
-use sphereflow_solver::generate::{SceneKind, SceneSettings, scene};
 use std::path::PathBuf;
 use std::time::Instant;
 

@@ -9,7 +9,7 @@ use numpy::{PyArray1, PyArray3};
 use pyo3::prelude::*;
 use sphereflow_core::Pose;
 use sphereflow_io::problems::{PoseGraphFile, read_g2o};
-use sphereflow_solver::generate::{GraphKind, GraphSettings, graph};
+use sphereflow_sim::problems::{GraphKind, GraphSettings, graph};
 use sphereflow_solver::graph::PoseGraph;
 use std::path::PathBuf;
 

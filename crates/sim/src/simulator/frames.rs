@@ -63,6 +63,7 @@ impl<'a> Frames<'a> {
             range,
             imu: self.imu_until(stamp)?,
             mag: self.mag_until(stamp)?,
+            ..RgbdFrame::default()
         };
         Ok(SimulatedFrame {
             frame,

@@ -2,7 +2,7 @@
 
 use super::Simulator;
 use crate::{Result, SimConfig};
-use sphereflow_io::{Calibration, ImuNoise, RecordingWriter};
+use sphereflow_io::{CalibrationFile, ImuNoise, RecordingWriter};
 use std::path::Path;
 
 /// Counts of the stored depth per metre: TUM's, a fifth of a millimetre.
@@ -38,9 +38,9 @@ impl SimConfig {
     /// The calibration that a perfect calibration of these sensors would find.
     ///
     /// # Errors
-    /// Those of [`Calibration::of_camera`].
-    pub fn calibration(&self) -> Result<Calibration> {
-        let mut calibration = Calibration::of_camera(&self.camera, DEPTH_SCALE)?;
+    /// Those of [`CalibrationFile::of_camera`].
+    pub fn calibration(&self) -> Result<CalibrationFile> {
+        let mut calibration = CalibrationFile::of_camera(&self.camera, DEPTH_SCALE)?;
         calibration.readout_s = (self.readout_s != 0.0).then_some(self.readout_s);
         calibration.gravity_in_world_m_s2 = Some(crate::sensors::GRAVITY_M_S2);
         if let Some(imu) = &self.imu {

@@ -3,6 +3,7 @@
 use super::issue::Issue;
 use super::measurement::Measurement;
 use super::problem::{BundleProblem, Observation};
+use super::rows::CameraState;
 use super::state::ViewPose;
 
 /// The measurements that count, by points.
@@ -64,8 +65,11 @@ pub(super) fn active(problem: &BundleProblem, issues: &mut Vec<Issue>) -> Active
     for (k, observation) in problem.observations.iter().enumerate() {
         let (view, point) = (observation.view as usize, observation.point as usize);
         let x = poses[view].transform(&problem.points[point].position);
-        let intrinsics = &problem.intrinsics[problem.views[view].camera];
-        let squared = observation.measurement.squared(intrinsics, &x);
+        let camera = CameraState {
+            intrinsics: &problem.intrinsics[problem.views[view].camera],
+            rows: &problem.views[view].rows,
+        };
+        let squared = observation.measurement.squared(camera, &x);
         keep[k] = squared.is_some_and(f64::is_finite);
         if !keep[k] {
             issues.push(Issue::NotSeen {
@@ -103,12 +107,12 @@ fn determined<'a>(observations: impl Iterator<Item = &'a Observation>) -> (usize
         views += usize::from(last_view != view);
         last_view = view;
         match observation.measurement {
-            Measurement::Pixel { .. } => {
+            Measurement::Pixel { .. } | Measurement::Row(_) => {
                 rays += usize::from(last_ray != view);
                 last_ray = view;
             }
             Measurement::Point { .. } => whole = true,
-            Measurement::InverseRange { .. } => ranges += 1,
+            Measurement::InverseRange { .. } | Measurement::InverseDepth(_) => ranges += 1,
         }
     }
     (

@@ -1,13 +1,17 @@
 //! Bundle adjustment: the problem laid out once, then solved as often as wanted.
 
 use super::assembly::Assembly;
-use super::chunk::{Chunk, NONE, Scene};
+use super::chunk::{Chunk, Scene};
+use super::components;
+use super::ids::NONE;
 use super::inertial::Motion;
 use super::intrinsics::Intrinsics;
 use super::issue::Issue;
-use super::layout::{Elimination, Layout, layout};
+use super::layout::{Layout, layout};
+use super::plan::Plan;
 use super::problem::BundleProblem;
-use super::reverse::Reverse;
+use super::reverse::{Reverse, pays};
+use super::rows::RowMotion;
 use super::state::ViewPose;
 use crate::linear::{BlockSolver, LinearSolver};
 use crate::minimise::{Step, System, minimise};
@@ -15,6 +19,7 @@ use crate::options::{Damping, Options};
 use crate::summary::{StopReason, Summary};
 use crate::{Error, Result};
 use rayon::prelude::*;
+use sphereflow_core::statistics::mad_sigma_mut;
 use sphereflow_sphere::Camera;
 use std::ops::Deref;
 use std::time::Duration;
@@ -38,6 +43,15 @@ impl Deref for BundleSummary {
     }
 }
 
+/// Which unknowns are eliminated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Elimination {
+    /// The larger part, if that leaves less to be solved.
+    Auto,
+    /// The points.
+    Points,
+}
+
 /// A problem with everything that its adjustment needs. Solving again, from other poses, points and
 /// intrinsics, allocates nothing but the summary (large factorisations are made in parts, whose
 /// bookkeeping is rayon's).
@@ -51,6 +65,7 @@ pub struct BundleAdjuster {
     pub(super) candidate_poses: Vec<ViewPose>,
     pub(super) intrinsics: Vec<Intrinsics>,
     pub(super) candidate_intrinsics: Vec<Intrinsics>,
+    rows: Vec<RowMotion>,
     pub(super) motions: Vec<Motion>,
     pub(super) candidate_motions: Vec<Motion>,
     pub(super) eliminated: Option<(Damping, f64)>,
@@ -83,7 +98,12 @@ impl BundleAdjuster {
         linear_solver: LinearSolver,
         elimination: Elimination,
     ) -> Self {
-        let layout = layout(&problem, elimination);
+        let mut plan = Plan::new(&problem);
+        let groups = components::issues(&problem, &plan.active, &plan.used);
+        plan.issues.extend(groups);
+        let reversed = elimination == Elimination::Auto
+            && pays(plan.poses(), plan.points(&problem), problem.ties_poses());
+        let layout = layout(&problem, plan, reversed);
         let poses: Vec<ViewPose> = problem
             .views
             .iter()
@@ -97,6 +117,7 @@ impl BundleAdjuster {
             poses,
             intrinsics: problem.intrinsics.clone(),
             candidate_intrinsics: problem.intrinsics.clone(),
+            rows: problem.views.iter().map(|view| view.rows).collect(),
             motions: problem.inertial.motions.clone(),
             candidate_motions: problem.inertial.motions.clone(),
             eliminated: None,
@@ -159,9 +180,7 @@ impl BundleAdjuster {
     /// problem was laid out is not seen any more.
     pub fn solve(&mut self, options: &Options) -> Result<BundleSummary> {
         let losses = self.problem.losses;
-        for loss in [losses.pixel, losses.point, losses.inverse_range] {
-            loss.check()?;
-        }
+        losses.check()?;
         self.load();
         let movable = self.layout.pattern.blocks() > 0
             || self.layout.chunks.iter().any(Chunk::has_free_point);
@@ -191,6 +210,9 @@ impl BundleAdjuster {
             *pose = ViewPose::from_world_from_camera(&view.world_from_camera);
         }
         self.candidate_poses.copy_from_slice(&self.poses);
+        for (rows, view) in self.rows.iter_mut().zip(&self.problem.views) {
+            *rows = view.rows;
+        }
         self.motions.copy_from_slice(&self.problem.inertial.motions);
         self.candidate_motions.copy_from_slice(&self.motions);
         let both = [&mut self.intrinsics, &mut self.candidate_intrinsics];
@@ -240,6 +262,7 @@ impl BundleAdjuster {
         let scene = Scene {
             poses,
             intrinsics,
+            rows: &self.rows,
             losses: &self.problem.losses,
         };
         self.layout
@@ -247,7 +270,9 @@ impl BundleAdjuster {
             .par_iter_mut()
             .for_each(|chunk| chunk.evaluate(&scene, candidate));
         let mut cost = (self.assembly).prior_cost(&self.problem.priors, (poses, motions))
-            + self.problem.inertial.cost(poses, motions);
+            + self.problem.inertial.cost(poses, motions)
+            + intrinsics.iter().map(Intrinsics::known_cost).sum::<f64>()
+            + (self.problem.relative.iter().map(|edge| edge.cost(poses))).sum::<f64>();
         for chunk in &self.layout.chunks {
             cost += chunk.cost?;
         }
@@ -261,13 +286,14 @@ impl BundleAdjuster {
         let scene = Scene {
             poses: &self.poses,
             intrinsics: &self.intrinsics,
+            rows: &self.rows,
             losses: &self.problem.losses,
         };
         let mut all = Vec::new();
         for chunk in &self.layout.chunks {
             chunk.residuals(&scene, &mut all);
         }
-        crate::mad_scale(&mut all)
+        mad_sigma_mut(&mut all)
     }
 
     /// The residuals of the present poses and intrinsics, with the points where they are.
@@ -276,6 +302,7 @@ impl BundleAdjuster {
         let scene = Scene {
             poses: &self.poses,
             intrinsics: &self.intrinsics,
+            rows: &self.rows,
             losses: &self.problem.losses,
         };
         let mut all = Vec::new();
@@ -313,6 +340,7 @@ impl System for BundleAdjuster {
         let scene = Scene {
             poses: &self.poses,
             intrinsics: &self.intrinsics,
+            rows: &self.rows,
             losses: &self.problem.losses,
         };
         let (pattern, direct) = (&self.layout.pattern, &self.layout.direct);
@@ -321,6 +349,7 @@ impl System for BundleAdjuster {
         });
         let state = (&self.poses[..], &self.motions[..]);
         self.assembly.gather(&self.layout, &self.problem, state);
+        self.assembly.add_known(&self.layout, &self.intrinsics);
         self.eliminated = Some((damping, lambda));
         let points = self.layout.chunks.iter().map(|chunk| chunk.gradient_max);
         let blocks = self.assembly.gradient.iter().map(|g| g.abs());

@@ -1,7 +1,8 @@
 //! The reduced system: the sums of the parts, priors and damping.
 
 use super::chunk::Chunk;
-use super::inertial::{Block, MOTION};
+use super::ids::{Block, MOTION, NONE};
+use super::intrinsics::Intrinsics;
 use super::layout::Layout;
 use super::prior::{Prior, PriorScratch, State};
 use super::problem::BundleProblem;
@@ -90,8 +91,26 @@ impl Assembly {
             let scratch = &mut self.scratch;
             prior.linearise(state, blocks, scratch, &mut add_block, &mut add_gradient);
         }
+        for edge in &problem.relative {
+            edge.linearise(state.0, blocks.0, &mut add_block, &mut add_gradient);
+        }
         let inertial = &problem.inertial;
         inertial.linearise(state, blocks, &mut add_block, &mut add_gradient);
+    }
+
+    /// Add what is known of the cameras' parameters.
+    pub fn add_known(&mut self, layout: &Layout, intrinsics: &[Intrinsics]) {
+        for (camera, &block) in layout.camera_block.iter().enumerate() {
+            if block == NONE {
+                continue;
+            }
+            let (block, size) = (block as usize, intrinsics[camera].free());
+            let (from, start) = (layout.direct.diagonal[block], layout.pattern.start(block));
+            for (k, weight, gap) in intrinsics[camera].gaps() {
+                self.direct[from + k * (size + 1)] += weight;
+                self.gradient[start + k] += weight * gap;
+            }
+        }
     }
 
     /// The reduced matrix and the right side (in `step`), after the parts eliminated their points.

@@ -4,16 +4,27 @@ mod eliminate;
 mod linearise;
 mod refine;
 
+use super::ids::NONE;
 use super::intrinsics::Intrinsics;
-use super::layout::Direct;
-use super::measurement::{Losses, Measurement, Normal};
+use super::measurement::{Losses, Measurement};
+use super::normal::Normal;
+use super::rows::{CameraState, RowMotion};
 use super::state::ViewPose;
 use crate::linear::BlockPattern;
 use crate::options::Damping;
 use nalgebra::Vector3;
 
-/// No block, no touch.
-pub(super) const NONE: u32 = u32::MAX;
+/// Where the directly measured blocks (diagonal, and intrinsics by pose) are kept, apart from the
+/// reduced matrix.
+pub(super) struct Direct {
+    /// Offset of each diagonal block; one more at the end.
+    pub diagonal: Vec<usize>,
+    /// Offset of the block intrinsics by pose of each view; `NONE` where there is none.
+    pub cross: Vec<u32>,
+    /// Offset here, offset in the reduced matrix, numbers.
+    pub targets: Vec<(usize, usize, usize)>,
+    pub len: usize,
+}
 
 /// The measurements of one point from one view.
 #[derive(Clone, Copy)]
@@ -64,7 +75,19 @@ struct Start {
 pub(super) struct Scene<'a> {
     pub poses: &'a [ViewPose],
     pub intrinsics: &'a [Intrinsics],
+    /// How the camera of each pose moves.
+    pub rows: &'a [RowMotion],
     pub losses: &'a Losses,
+}
+
+impl<'a> Scene<'a> {
+    #[inline(always)]
+    fn camera(&self, link: &Link) -> CameraState<'a> {
+        CameraState {
+            intrinsics: &self.intrinsics[link.camera as usize],
+            rows: &self.rows[link.view as usize],
+        }
+    }
 }
 
 /// What back substitution found.
@@ -143,14 +166,14 @@ impl Chunk {
         self.observations.push(measurement);
         link.observations = self.observations.len() as u32;
         let first = self.starts.last().map_or(0, |start| start.link) as usize;
-        let pixel = matches!(measurement, Measurement::Pixel { .. });
-        if !pixel {
+        let camera = measurement.uses_camera();
+        if !camera {
             link.camera_touch = NONE;
         }
         match self.links[first..].last_mut() {
             Some(last) if last.view == link.view => {
                 last.observations = link.observations;
-                if pixel {
+                if camera {
                     last.camera_touch = link.camera_touch;
                 }
             }
@@ -258,10 +281,10 @@ impl Chunk {
             let links = self.starts[point].link as usize..self.starts[point + 1].link as usize;
             for link in &self.links[links] {
                 let x = scene.poses[link.view as usize].transform(position);
-                let intrinsics = &scene.intrinsics[link.camera as usize];
+                let camera = scene.camera(link);
                 while k < link.observations as usize {
                     let measurement = &self.observations[k];
-                    let squared = measurement.squared(intrinsics, &x)?;
+                    let squared = measurement.squared(camera, &x)?;
                     cost += measurement.loss(scene.losses).evaluate(squared).0;
                     k += 1;
                 }
@@ -304,9 +327,9 @@ impl Chunk {
             let links = self.starts[point].link as usize..self.starts[point + 1].link as usize;
             for link in &self.links[links] {
                 let x = scene.poses[link.view as usize].transform(position);
-                let intrinsics = &scene.intrinsics[link.camera as usize];
+                let camera = scene.camera(link);
                 while k < link.observations as usize {
-                    self.observations[k].components(intrinsics, &x, all);
+                    self.observations[k].components(camera, &x, all);
                     k += 1;
                 }
             }

@@ -2,7 +2,6 @@
 
 use super::active::Active;
 use super::issue::Issue;
-use super::measurement::Measurement;
 use super::prior::Prior;
 use super::problem::BundleProblem;
 
@@ -69,6 +68,9 @@ pub(super) fn issues(problem: &BundleProblem, active: &Active, used: &[bool]) ->
     for [first, second] in problem.inertial.ties() {
         union.join(first, second);
     }
+    for edge in &problem.relative {
+        union.join(edge.a, edge.b);
+    }
     let groups = describe(problem, active, used, &mut union);
     let mut issues = Vec::new();
     let count = groups
@@ -116,6 +118,10 @@ fn describe(
         groups[root].metric = true;
         groups[root].upright = true;
     }
+    // where one edge alone joins two groups of points without a scale, that of one is not named
+    for edge in &problem.relative {
+        groups[union.root(edge.a)].metric = true;
+    }
     for prior in problem.priors.iter().filter(|prior| prior.holds_position()) {
         // a joint prior of several poses was made from something that held them
         groups[union.root(prior.views[0])].held_poses += prior.views.len();
@@ -123,7 +129,7 @@ fn describe(
     for point in 0..problem.points.len() {
         for observation in active.of_point(problem, point) {
             let group = &mut groups[union.root(observation.view as usize)];
-            group.metric |= !matches!(observation.measurement, Measurement::Pixel { .. });
+            group.metric |= !observation.measurement.is_ray();
             group.held_points += usize::from(problem.points[point].fixed);
         }
     }

@@ -1,22 +1,15 @@
 //! Poses tied by pre-integrated IMU samples, with velocities and biases among the unknowns.
 
-use super::chunk::NONE;
-use super::problem::{BundleProblem, index};
+use super::ids::{Block, MOTION, NONE};
 use super::state::ViewPose;
-use crate::inertial::link::{InertialState, Matrix15, check, residual, root};
+use crate::inertial::link::{InertialState, Matrix15, residual};
 use crate::inertial::{ImuBias, Preintegration};
-use crate::{Error, Result};
 use nalgebra::{SMatrix, SVector, Vector3};
 use sphereflow_core::Pose;
 use sphereflow_sphere::lie::se3;
 
-/// Numbers of a motion's update: velocity, gyrometer bias, accelerometer bias.
-pub(crate) const MOTION: usize = 9;
 /// A derivative of a link by a pose (six columns, then zeros) or by a motion.
 type ByBlock = SMatrix<f64, 15, MOTION>;
-/// A block of the normal matrix, of which a pose takes the first six rows or columns.
-pub(crate) type Block = SMatrix<f64, MOTION, MOTION>;
-
 /// What the IMU adds to a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Motion {
@@ -27,122 +20,31 @@ pub struct Motion {
 }
 
 #[derive(Clone, Debug)]
-struct Tie {
-    from: usize,
-    to: usize,
-    samples: Preintegration,
-    root: Matrix15,
+pub(super) struct Tie {
+    /// Indices of motions.
+    pub from: usize,
+    pub to: usize,
+    pub samples: Preintegration,
+    pub root: Matrix15,
 }
 
 #[derive(Clone, Debug)]
-struct BiasPrior {
-    motion: usize,
-    bias: ImuBias,
-    root: [f64; 2],
+pub(super) struct BiasPrior {
+    pub motion: usize,
+    pub bias: ImuBias,
+    pub root: [f64; 2],
 }
 
 /// The inertial part of a problem.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Inertial {
-    gravity: Vector3<f64>,
-    camera_from_body: Pose,
+    pub(super) gravity: Vector3<f64>,
+    pub(super) camera_from_body: Pose,
     /// The pose of each motion.
     pub views: Vec<usize>,
     pub motions: Vec<Motion>,
-    ties: Vec<Tie>,
-    priors: Vec<BiasPrior>,
-}
-
-impl BundleProblem {
-    /// Gravity in the world (m/s^2, pointing down) and where the camera is in the body frame, which is
-    /// the IMU's.
-    ///
-    /// # Errors
-    /// Where a number is not finite.
-    pub fn set_imu(&mut self, gravity: Vector3<f64>, body_from_camera: Pose) -> Result<()> {
-        crate::inertial::finite("gravity", &gravity)?;
-        let state = InertialState {
-            pose: body_from_camera,
-            ..InertialState::default()
-        };
-        check(&state)?;
-        self.inertial.gravity = gravity;
-        self.inertial.camera_from_body = body_from_camera.inverse();
-        Ok(())
-    }
-
-    /// Estimate velocity and biases at a pose too, from here on.
-    ///
-    /// # Errors
-    /// Where there is no such pose, it has a motion already, or a number is not finite.
-    pub fn add_motion(&mut self, pose: usize, motion: Motion) -> Result<()> {
-        index("pose", pose, self.poses())?;
-        if self.inertial.views.contains(&pose) {
-            return Err(Error::value("pose", "a pose without a motion", pose));
-        }
-        check(&InertialState {
-            pose: Pose::identity(),
-            velocity: motion.velocity,
-            bias: motion.bias,
-        })?;
-        self.inertial.views.push(pose);
-        self.inertial.motions.push(motion);
-        Ok(())
-    }
-
-    /// Tie two poses that have motions by the samples between them.
-    ///
-    /// # Errors
-    /// Where a pose has no motion, both are the same, or fewer than two samples were integrated.
-    pub fn add_imu(&mut self, from: usize, to: usize, samples: Preintegration) -> Result<()> {
-        let (first, second) = (
-            self.motion_index("from", from)?,
-            self.motion_index("to", to)?,
-        );
-        if from == to {
-            return Err(Error::value("to", "another pose than `from`", to));
-        }
-        let root = root("samples", &samples)?;
-        self.inertial.ties.push(Tie {
-            from: first,
-            to: second,
-            samples,
-            root,
-        });
-        Ok(())
-    }
-
-    /// Biases known at a pose that has a motion, with one standard deviation for each sensor.
-    ///
-    /// # Errors
-    /// Where the pose has no motion, or a number is not finite or not positive.
-    pub fn add_bias_prior(
-        &mut self,
-        pose: usize,
-        bias: ImuBias,
-        (gyro_sigma, accel_sigma): (f64, f64),
-    ) -> Result<()> {
-        let motion = self.motion_index("pose", pose)?;
-        for (name, value) in [("gyro_sigma", gyro_sigma), ("accel_sigma", accel_sigma)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number", value));
-            }
-        }
-        let root = [1.0 / gyro_sigma, 1.0 / accel_sigma];
-        self.inertial.priors.push(BiasPrior { motion, bias, root });
-        Ok(())
-    }
-
-    /// Velocity and biases at a pose; `None` where they are not estimated.
-    pub fn motion(&self, pose: usize) -> Option<Motion> {
-        let index = self.inertial.views.iter().position(|&view| view == pose)?;
-        Some(self.inertial.motions[index])
-    }
-
-    fn motion_index(&self, argument: &str, pose: usize) -> Result<usize> {
-        let found = self.inertial.views.iter().position(|&view| view == pose);
-        found.ok_or_else(|| Error::value(argument, "a pose with a motion", pose))
-    }
+    pub(super) ties: Vec<Tie>,
+    pub(super) priors: Vec<BiasPrior>,
 }
 
 impl Motion {

@@ -1,11 +1,12 @@
 //! Intrinsics shared by views: a camera, and which of its parameters are estimated.
 
+use super::device::{Device, ENTRIES, NAMES};
 use crate::{Error, Result};
 use nalgebra::{Vector2, Vector3};
 use sphereflow_sphere::Camera;
 
-/// More free parameters than any model has.
-pub(crate) const MAX_FREE: usize = 12;
+/// More free parameters than any model has, and those of the device.
+pub(crate) const MAX_FREE: usize = 12 + ENTRIES;
 /// Step of the central differences by parameters without a closed form: pixels of 1e3 with 1e-13 of
 /// rounding give 1e-8 px per unit, truncation is of the order of the square of the step.
 const STEP: f64 = 1e-5;
@@ -28,20 +29,33 @@ enum Kind {
     P2,
     /// By differences of the model.
     Other,
+    /// An entry of the device, not of the lens.
+    Device,
 }
 
 #[derive(Clone, Debug)]
 struct Free {
+    /// Of the lens's parameters, or of the device's entries.
     index: usize,
     kind: Kind,
     /// The camera with the parameter moved up and down (kind `Other` only).
     moved: Option<(Camera, Camera)>,
 }
 
-/// A camera, and which of its parameters are estimated.
+/// What is known of a parameter: a value, and 1 / sigma^2.
+#[derive(Clone, Debug)]
+struct Known {
+    name: &'static str,
+    value: f64,
+    weight: f64,
+}
+
+/// A camera, what its images need besides the lens, and which of both is estimated.
 #[derive(Clone, Debug)]
 pub(crate) struct Intrinsics {
     pub camera: Camera,
+    pub device: Device,
+    known: Vec<Known>,
     names: Vec<&'static str>,
     values: Vec<f64>,
     free: Vec<Free>,
@@ -52,6 +66,8 @@ impl Intrinsics {
         let (names, values) = camera.named_parameters().into_iter().unzip();
         Self {
             camera,
+            device: Device::default(),
+            known: Vec::new(),
             names,
             values,
             free: Vec::new(),
@@ -63,21 +79,20 @@ impl Intrinsics {
         let mut free: Vec<Free> = Vec::new();
         for &name in names {
             let column = if name == "focal" { "fx" } else { name };
-            let Some(index) = self.names.iter().position(|known| *known == column) else {
-                return Err(Error::value(
-                    "free intrinsics",
-                    format!("`focal` or one of {}", self.names.join(", ")),
-                    name,
-                ));
-            };
+            let (index, own) = self.find("free intrinsics", name)?;
+            let same = |other: &Free| other.index == index && (other.kind == Kind::Device) != own;
             let clash = free
                 .iter()
-                .any(|other| other.index == index || (other.kind == Kind::Focal && column == "fy"))
+                .any(|other| same(other) || (other.kind == Kind::Focal && column == "fy"))
                 || (name == "focal" && free.iter().any(|other| other.kind == Kind::Fy));
             if clash {
                 return Err(Error::value("free intrinsics", "each parameter once", name));
             }
-            let kind = kind(self.camera.model_name(), name);
+            let kind = if own {
+                kind(self.camera.model_name(), name)
+            } else {
+                Kind::Device
+            };
             free.push(Free {
                 index,
                 kind,
@@ -86,6 +101,70 @@ impl Intrinsics {
         }
         self.free = free;
         self.move_cameras()
+    }
+
+    /// Index of a parameter, and whether it is the lens's.
+    fn find(&self, argument: &str, name: &str) -> Result<(usize, bool)> {
+        let column = if name == "focal" { "fx" } else { name };
+        let place = |names: &[&str]| names.iter().position(|known| *known == column);
+        let found = place(&self.names).map(|index| (index, true));
+        let found = found.or_else(|| place(&NAMES).map(|index| (index, false)));
+        let all = || [&self.names[..], &NAMES].concat().join(", ");
+        found.ok_or_else(|| Error::value(argument, format!("`focal` or one of {}", all()), name))
+    }
+
+    /// What is known of a parameter, with its standard deviation: it counts while it is estimated.
+    pub fn know(&mut self, name: &str, value: f64, sigma: f64) -> Result<()> {
+        let (index, own) = self.find("name", name)?;
+        let name = if own { self.names[index] } else { NAMES[index] };
+        self.known.push(Known {
+            name,
+            value,
+            weight: sigma.powi(-2),
+        });
+        Ok(())
+    }
+
+    #[cfg(test)]
+    pub fn forget(&mut self) {
+        self.known.clear();
+    }
+
+    /// Of what is known of the free parameters: place among them, weight, what it has over that.
+    pub fn gaps(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+        self.known.iter().filter_map(|known| {
+            let named = |free: &Free| self.name(free) == known.name;
+            let place = self.free.iter().position(named)?;
+            let gap = self.value(&self.free[place]) - known.value;
+            Some((place, known.weight, gap))
+        })
+    }
+
+    /// Half the squared residuals of what is known.
+    pub fn known_cost(&self) -> f64 {
+        let squares = self.gaps().map(|(_, weight, gap)| weight * gap * gap);
+        0.5 * squares.sum::<f64>()
+    }
+
+    fn name(&self, free: &Free) -> &'static str {
+        match free.kind {
+            Kind::Device => NAMES[free.index],
+            _ => self.names[free.index],
+        }
+    }
+
+    fn value(&self, free: &Free) -> f64 {
+        match free.kind {
+            Kind::Device => self.device.values[free.index],
+            _ => self.values[free.index],
+        }
+    }
+
+    /// The entry of the device that a free parameter is; `None` where it is the lens's.
+    #[inline(always)]
+    pub fn device_entry(&self, parameter: usize) -> Option<usize> {
+        let free = &self.free[parameter];
+        (free.kind == Kind::Device).then_some(free.index)
     }
 
     /// Number of parameters that are estimated.
@@ -140,6 +219,7 @@ impl Intrinsics {
                 .as_ref()
                 .and_then(|(up, down)| Some(up.project(x)? - down.project(x)?))
                 .map_or(Vector2::zeros(), |d| d / (2.0 * STEP)),
+            Kind::Device => Vector2::zeros(),
         }
     }
 
@@ -149,13 +229,18 @@ impl Intrinsics {
 
     /// Values of the free parameters.
     pub fn parameters(&self) -> impl Iterator<Item = f64> + '_ {
-        self.free.iter().map(|free| self.values[free.index])
+        self.free.iter().map(|free| self.value(free))
     }
 
     /// The intrinsics `step` further, into `next`; an error where no camera has such parameters.
     pub fn moved_by(&self, step: &[f64], next: &mut Self) -> Result<()> {
         next.values.copy_from_slice(&self.values);
+        next.device = self.device;
         for (free, step) in self.free.iter().zip(step) {
+            if free.kind == Kind::Device {
+                next.device.values[free.index] += step;
+                continue;
+            }
             next.values[free.index] += step;
             if free.kind == Kind::Focal {
                 next.values[1] = self.values[1] / self.values[0] * next.values[0];
@@ -169,6 +254,7 @@ impl Intrinsics {
     pub fn copy_from(&mut self, other: &Self) {
         self.camera.clone_from(&other.camera);
         self.values.copy_from_slice(&other.values);
+        self.device = other.device;
         for (free, other) in self.free.iter_mut().zip(&other.free) {
             free.moved.clone_from(&other.moved);
         }

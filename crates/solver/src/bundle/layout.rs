@@ -1,13 +1,10 @@
 //! What is estimated, in which order: made once for a problem of one shape.
 
-use super::active::{Active, active};
-use super::chunk::{Chunk, Link, NONE, Touch};
-use super::components;
-use super::inertial::MOTION;
+use super::chunk::{Chunk, Direct, Link, Touch};
+use super::ids::{MOTION, NONE};
 use super::issue::Issue;
-use super::measurement::Measurement;
+use super::plan::{Blocks, Plan};
 use super::problem::{BundleProblem, Observation};
-use super::reverse;
 use crate::linear::BlockPattern;
 
 /// Measurements worth a part of their own.
@@ -20,18 +17,6 @@ const MAX_CHUNKS: usize = 16;
 const COPY: usize = 8;
 /// Parts at least, where there is anything to do in parallel.
 const MIN_CHUNKS: usize = 2;
-
-/// Where the directly measured blocks (diagonal, and intrinsics by pose) are kept, apart from the
-/// reduced matrix.
-pub(super) struct Direct {
-    /// Offset of each diagonal block; one more at the end.
-    pub diagonal: Vec<usize>,
-    /// Offset of the block intrinsics by pose of each view; `NONE` where there is none.
-    pub cross: Vec<u32>,
-    /// Offset here, offset in the reduced matrix, numbers.
-    pub targets: Vec<(usize, usize, usize)>,
-    pub len: usize,
-}
 
 pub(super) struct Layout {
     pub pattern: BlockPattern,
@@ -50,43 +35,20 @@ pub(super) struct Layout {
     pub issues: Vec<Issue>,
 }
 
-/// Which unknowns are eliminated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Elimination {
-    /// The larger part, if that leaves less to be solved.
-    Auto,
-    /// The points.
-    Points,
-}
-
-pub(super) fn layout(problem: &BundleProblem, elimination: Elimination) -> Layout {
-    let mut issues = Vec::new();
-    let active = active(problem, &mut issues);
-    let ([view_block, camera_block, motion_block], used) = blocks(problem, &active, &mut issues);
-    issues.extend(components::issues(problem, &active, &used));
-    let count = |blocks: &[u32]| blocks.iter().filter(|&&b| b != NONE).count();
-    let mut sizes = vec![6; count(&view_block)];
+/// Lay a plan out; `reversed` where the poses are eliminated and the points stay.
+pub(super) fn layout(problem: &BundleProblem, plan: Plan, reversed: bool) -> Layout {
+    let (active, blocks) = (&plan.active, &plan.blocks);
+    let mut sizes = vec![6; plan.poses()];
     for (camera, intrinsics) in problem.intrinsics.iter().enumerate() {
-        if camera_block[camera] != NONE {
+        if blocks.cameras[camera] != NONE {
             sizes.push(intrinsics.free());
         }
     }
-    sizes.extend((0..count(&motion_block)).map(|_| MOTION));
-    let tied = (problem.priors.iter()).any(|prior| prior.views.len() + prior.motions.len() > 1)
-        || !problem.inertial.views.is_empty();
-    let free_points = (0..problem.points.len())
-        .filter(|&point| !problem.points[point].fixed && active.has(point))
-        .count();
-    let reversed =
-        elimination == Elimination::Auto && reverse::pays(count(&view_block), free_points, tied);
-    let (starts, members) = groups(
-        problem,
-        &active,
-        reversed,
-        [&view_block, &camera_block, &motion_block],
-    );
+    let motions = blocks.motions.iter().filter(|&&b| b != NONE);
+    sizes.extend(motions.map(|_| MOTION));
+    let (starts, members) = plan.groups(problem, reversed);
     let pattern = BlockPattern::from_groups(sizes, &starts, &members);
-    let direct = direct(problem, &pattern, &view_block, &camera_block);
+    let direct = direct(problem, &pattern, blocks);
     let total = active.order.len();
     let parts = match products(&starts, reversed) / (COPY * pattern.len()).max(1) {
         _ if reversed => MAX_CHUNKS,
@@ -101,14 +63,7 @@ pub(super) fn layout(problem: &BundleProblem, elimination: Elimination) -> Layou
         while point < problem.points.len() && (last || active.starts[point] < part * total / parts)
         {
             let of_point = active.of_point(problem, point);
-            fill(
-                &mut chunk,
-                problem,
-                point,
-                of_point,
-                (&view_block, &camera_block),
-                &pattern,
-            );
+            fill(&mut chunk, problem, point, of_point, blocks, &pattern);
             point += 1;
         }
         chunk.allocate(&pattern, &direct);
@@ -119,13 +74,13 @@ pub(super) fn layout(problem: &BundleProblem, elimination: Elimination) -> Layou
         direct,
         chunks,
         camera_of_view: (problem.views.iter())
-            .map(|view| camera_block[view.camera])
+            .map(|view| blocks.cameras[view.camera])
             .collect(),
-        view_block,
-        camera_block,
-        motion_block,
+        view_block: plan.blocks.views,
+        camera_block: plan.blocks.cameras,
+        motion_block: plan.blocks.motions,
         reversed,
-        issues,
+        issues: plan.issues,
     }
 }
 
@@ -136,128 +91,7 @@ fn products(starts: &[usize], reversed: bool) -> usize {
     if reversed { 0 } else { pairs * 108 }
 }
 
-fn blocks(
-    problem: &BundleProblem,
-    active: &Active,
-    issues: &mut Vec<Issue>,
-) -> ([Vec<u32>; 3], Vec<bool>) {
-    let mut used = vec![false; problem.views.len()];
-    let mut camera_used = vec![false; problem.intrinsics.len()];
-    for &k in &active.order {
-        let observation = &problem.observations[k as usize];
-        used[observation.view as usize] = true;
-        if matches!(observation.measurement, Measurement::Pixel { .. }) {
-            camera_used[problem.views[observation.view as usize].camera] = true;
-        }
-    }
-    for prior in &problem.priors {
-        for &view in &prior.views {
-            used[view] = true;
-        }
-    }
-    for view in problem.inertial.ties().flatten() {
-        used[view] = true;
-    }
-    let mut next = 0;
-    let mut number = |yes: bool| {
-        next += u32::from(yes);
-        if yes { next - 1 } else { NONE }
-    };
-    let view_block = (0..used.len())
-        .map(|view| number(used[view] && !problem.views[view].fixed))
-        .collect();
-    let camera_block = (0..camera_used.len())
-        .map(|camera| number(camera_used[camera] && problem.intrinsics[camera].free() > 0))
-        .collect();
-    let motion_block = (0..problem.inertial.motions.len())
-        .map(|motion| {
-            let prior = problem.priors.iter().any(|p| p.motions.contains(&motion));
-            number(prior || problem.inertial.determines(motion))
-        })
-        .collect();
-    for (pose, view) in problem.views.iter().enumerate() {
-        if !used[pose] && !view.fixed {
-            issues.push(Issue::PoseUndetermined { pose });
-        }
-    }
-    ([view_block, camera_block, motion_block], used)
-}
-
-/// The blocks that measurements and priors tie together.
-fn groups(
-    problem: &BundleProblem,
-    active: &Active,
-    reversed: bool,
-    [view_block, camera_block, motion_block]: [&[u32]; 3],
-) -> (Vec<usize>, Vec<u32>) {
-    let (mut starts, mut members): (Vec<usize>, Vec<u32>) = (vec![0], Vec::new());
-    for (point, node) in problem.points.iter().enumerate() {
-        if !node.fixed && !reversed {
-            touched(
-                problem,
-                active.of_point(problem, point),
-                view_block,
-                camera_block,
-                &mut members,
-            );
-            starts.push(members.len());
-        }
-    }
-    for (view, &block) in view_block.iter().enumerate() {
-        let camera = camera_block[problem.views[view].camera];
-        members.extend([block, camera].iter().filter(|&&b| b != NONE));
-        starts.push(members.len());
-    }
-    for prior in &problem.priors {
-        let blocks = (prior.views.iter().map(|&view| view_block[view]))
-            .chain(prior.motions.iter().map(|&motion| motion_block[motion]));
-        members.extend(blocks.filter(|&b| b != NONE));
-        starts.push(members.len());
-    }
-    let inertial = &problem.inertial;
-    for (views, motions) in inertial.ties().zip(inertial.tied_motions()) {
-        let blocks = (views.into_iter().map(|view| view_block[view]))
-            .chain(motions.into_iter().map(|motion| motion_block[motion]));
-        members.extend(blocks.filter(|&b| b != NONE));
-        starts.push(members.len());
-    }
-    (starts, members)
-}
-
-/// The blocks of a point's measurements, ascending, each once.
-fn touched<'a>(
-    problem: &BundleProblem,
-    observations: impl Iterator<Item = &'a Observation>,
-    view_block: &[u32],
-    camera_block: &[u32],
-    members: &mut Vec<u32>,
-) {
-    let first = members.len();
-    for observation in observations {
-        let view = observation.view as usize;
-        let pixel = matches!(observation.measurement, Measurement::Pixel { .. });
-        let camera = camera_block[problem.views[view].camera];
-        members.push(view_block[view]);
-        members.push(if pixel { camera } else { NONE });
-    }
-    members[first..].sort_unstable();
-    let mut end = first;
-    for k in first..members.len() {
-        let new = end == first || members[end - 1] != members[k];
-        if new && members[k] != NONE {
-            members[end] = members[k];
-            end += 1;
-        }
-    }
-    members.truncate(end);
-}
-
-fn direct(
-    problem: &BundleProblem,
-    pattern: &BlockPattern,
-    view_block: &[u32],
-    camera_block: &[u32],
-) -> Direct {
+fn direct(problem: &BundleProblem, pattern: &BlockPattern, blocks: &Blocks) -> Direct {
     let (mut diagonal, mut targets, mut len) = (Vec::new(), Vec::new(), 0);
     for block in 0..pattern.blocks() {
         let area = pattern.size(block) * pattern.size(block);
@@ -266,9 +100,9 @@ fn direct(
         len += area;
     }
     diagonal.push(len);
-    let mut cross = vec![NONE; view_block.len()];
-    for (view, &block) in view_block.iter().enumerate() {
-        let camera = camera_block[problem.views[view].camera];
+    let mut cross = vec![NONE; blocks.views.len()];
+    for (view, &block) in blocks.views.iter().enumerate() {
+        let camera = blocks.cameras[problem.views[view].camera];
         if block == NONE || camera == NONE {
             continue;
         }
@@ -293,7 +127,7 @@ fn fill<'a>(
     problem: &BundleProblem,
     point: usize,
     observations: impl Iterator<Item = &'a Observation> + Clone,
-    (view_block, camera_block): (&[u32], &[u32]),
+    blocks: &Blocks,
     pattern: &BlockPattern,
 ) {
     if observations.clone().next().is_none() {
@@ -301,25 +135,23 @@ fn fill<'a>(
     }
     let free = !problem.points[point].fixed;
     chunk.begin_point(point, free);
-    let mut blocks = Vec::new();
+    let mut touched = Vec::new();
     if free {
-        touched(
-            problem,
-            observations.clone(),
-            view_block,
-            camera_block,
-            &mut blocks,
-        );
+        blocks.touched(problem, observations.clone(), &mut touched);
     }
     let first = chunk.touches.len();
-    for &block in &blocks {
+    for &block in &touched {
         chunk.add_touch(Touch::new(block, pattern.size(block as usize)));
     }
-    let touch = |block: u32| match blocks.binary_search(&block) {
+    let touch = |block: u32| match touched.binary_search(&block) {
         Ok(k) if block != NONE => (first + k) as u32,
         _ => NONE,
     };
-    let pairs = if chunk.eliminates() { &blocks[..] } else { &[] };
+    let pairs = if chunk.eliminates() {
+        &touched[..]
+    } else {
+        &[]
+    };
     for (b, &column) in pairs.iter().enumerate() {
         for &row in &pairs[b..] {
             // every pair of a group has a block
@@ -335,10 +167,10 @@ fn fill<'a>(
                 view: observation.view,
                 camera: camera as u32,
                 observations: 0,
-                view_block: view_block[view],
-                camera_block: camera_block[camera],
-                view_touch: touch(view_block[view]),
-                camera_touch: touch(camera_block[camera]),
+                view_block: blocks.views[view],
+                camera_block: blocks.cameras[camera],
+                view_touch: touch(blocks.views[view]),
+                camera_touch: touch(blocks.cameras[camera]),
             },
             observation.measurement,
         );

@@ -1,12 +1,11 @@
 //! Poses that leave the problem with their motions, and what they knew, as a prior on those that stay.
 
-use super::adjuster::BundleAdjuster;
-use super::chunk::NONE;
+use super::adjuster::{BundleAdjuster, Elimination};
 use super::covariance::no_covariance;
-use super::inertial::MOTION;
-use super::layout::Elimination;
+use super::ids::{MOTION, NONE, index};
 use super::prior::Prior;
 use super::problem::BundleProblem;
+use super::relative::RelativePose;
 use crate::linear::LinearSolver;
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
@@ -25,10 +24,7 @@ impl BundleProblem {
     pub fn marginalise(&mut self, poses: &[usize]) -> Result<()> {
         let mut leaves = vec![false; self.views.len()];
         for &pose in poses {
-            if pose >= self.views.len() {
-                let expected = format!("indices below {}", self.views.len());
-                return Err(Error::value("poses", expected, pose));
-            }
+            index("poses", pose, self.views.len())?;
             leaves[pose] = true;
         }
         let mut gone = vec![false; self.points.len()];
@@ -40,6 +36,7 @@ impl BundleProblem {
             prior.views.iter().any(|&view| leaves[view])
                 || prior.motions.iter().any(|&motion| motion_leaves(motion))
         };
+        let edge_goes = |edge: &RelativePose| leaves[edge.a] || leaves[edge.b];
         let (leaving, staying) = self.inertial.part(&leaves);
         let part = BundleProblem {
             observations: (self.observations.iter())
@@ -47,6 +44,10 @@ impl BundleProblem {
                 .copied()
                 .collect(),
             priors: self.priors.iter().filter(|p| goes(p)).cloned().collect(),
+            relative: (self.relative.iter())
+                .filter(|e| edge_goes(e))
+                .cloned()
+                .collect(),
             inertial: leaving,
             ..self.clone()
         };
@@ -54,6 +55,7 @@ impl BundleProblem {
         let mut priors: Vec<Prior> = self.priors.iter().filter(|p| !goes(p)).cloned().collect();
         priors.extend(prior);
         self.priors = priors;
+        self.relative.retain(|edge| !edge_goes(edge));
         self.inertial = staying;
         self.observations.retain(|o| !gone[o.point as usize]);
         for (view, leaves) in self.views.iter_mut().zip(&leaves) {

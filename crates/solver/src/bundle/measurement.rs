@@ -1,6 +1,9 @@
 //! What a view measures of a point, and its residual with derivatives.
 
-use super::intrinsics::{Intrinsics, MAX_FREE};
+use super::intrinsics::MAX_FREE;
+use super::normal::{Curvature, Normal};
+use super::rows::CameraState;
+use super::sighting::{InverseDepth, RowPixel};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, RowVector3, Vector2, Vector3};
 
 /// One measurement with the root of its information: the residual is `root * (f(X) - z)`.
@@ -18,62 +21,10 @@ pub(crate) enum Measurement {
     },
     /// The inverse of the distance along the ray, per metre; `root` is 1 / sigma.
     InverseRange { inv_range: f64, root: f64 },
-}
-
-/// What all measurements that a view makes of one point say of the point in the camera frame: the
-/// normal matrix and the gradient by that point; and by the free intrinsics where there are any.
-///
-/// Every residual depends on the pose and the point through the point in the camera frame alone, so
-/// the normal matrices of pose and point follow from these.
-pub(crate) struct Normal {
-    pub m: Matrix3<f64>,
-    pub g: Vector3<f64>,
-    pub cost: f64,
-    /// Free intrinsics by the point in the camera frame.
-    pub intrinsics_by_point: [Vector3<f64>; MAX_FREE],
-    pub intrinsics: [[f64; MAX_FREE]; MAX_FREE],
-    pub intrinsics_gradient: [f64; MAX_FREE],
-}
-
-impl Normal {
-    pub fn new() -> Self {
-        Self {
-            m: Matrix3::zeros(),
-            g: Vector3::zeros(),
-            cost: 0.0,
-            intrinsics_by_point: [Vector3::zeros(); MAX_FREE],
-            intrinsics: [[0.0; MAX_FREE]; MAX_FREE],
-            intrinsics_gradient: [0.0; MAX_FREE],
-        }
-    }
-
-    /// Add the square `A^T A` of a derivative and `A^T r` by their weight, without the part of the
-    /// curvature along the residual that a robust loss has not.
-    #[inline(always)]
-    fn add(
-        &mut self,
-        square: &Matrix3<f64>,
-        gradient: &Vector3<f64>,
-        (weight, flattening): (f64, f64),
-    ) {
-        self.m += square * weight;
-        self.g += gradient * weight;
-        if flattening > 0.0 {
-            self.m -= gradient * gradient.transpose() * flattening;
-        }
-    }
-
-    #[inline(always)]
-    pub fn clear(&mut self, free: usize) {
-        self.m = Matrix3::zeros();
-        self.g = Vector3::zeros();
-        self.cost = 0.0;
-        self.intrinsics_by_point[..free].fill(Vector3::zeros());
-        self.intrinsics_gradient[..free].fill(0.0);
-        for row in &mut self.intrinsics[..free] {
-            row[..free].fill(0.0);
-        }
-    }
+    /// A pixel of a row that is exposed at its own time.
+    Row(RowPixel),
+    /// The inverse of the depth along the optical axis at such a pixel, as a camera measured it.
+    InverseDepth(InverseDepth),
 }
 
 /// The losses of the kinds of measurements.
@@ -85,52 +36,79 @@ pub struct Losses {
     pub point: crate::Loss,
     /// Of inverse ranges.
     pub inverse_range: crate::Loss,
+    /// Of inverse depths.
+    pub inverse_depth: crate::Loss,
 }
 
 impl Losses {
+    fn all(&self) -> [crate::Loss; 4] {
+        [
+            self.pixel,
+            self.point,
+            self.inverse_range,
+            self.inverse_depth,
+        ]
+    }
+
+    /// # Errors
+    /// Where a threshold is not a positive number.
+    pub(crate) fn check(&self) -> crate::Result<()> {
+        self.all().iter().try_for_each(crate::Loss::check)
+    }
+
     /// True where any of them is not quadratic.
     pub(crate) fn robust(&self) -> bool {
-        let all = [self.pixel, self.point, self.inverse_range];
-        all.iter().any(|loss| *loss != crate::Loss::Quadratic)
+        self.all()
+            .iter()
+            .any(|loss| *loss != crate::Loss::Quadratic)
     }
 }
 
-/// Which second order of a robust cost a normal matrix has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Curvature {
-    /// That of the reweighted quadratic, which lies above the cost.
-    Above,
-    /// The cost's own, and by the point alone.
-    Own,
-}
-
 impl Measurement {
+    /// True where it depends on the camera's parameters.
+    #[inline(always)]
+    pub fn uses_camera(&self) -> bool {
+        matches!(
+            self,
+            Self::Pixel { .. } | Self::Row(_) | Self::InverseDepth(_)
+        )
+    }
+
+    /// True where it is a pixel: a ray without a length.
+    pub fn is_ray(&self) -> bool {
+        matches!(self, Self::Pixel { .. } | Self::Row(_))
+    }
+
     /// The squared norm of the whitened residual at the point `x` of the camera frame; `None` where
     /// the camera does not see `x`.
     #[inline(always)]
-    pub fn squared(&self, intrinsics: &Intrinsics, x: &Vector3<f64>) -> Option<f64> {
+    pub fn squared(&self, camera: CameraState, x: &Vector3<f64>) -> Option<f64> {
         Some(match self {
             Self::Pixel { pixel, root } => {
-                (root * (intrinsics.camera.project(x)? - pixel)).norm_squared()
+                (root * (camera.intrinsics.camera.project(x)? - pixel)).norm_squared()
             }
             Self::Point { point, root } => (root * (x - point)).norm_squared(),
             Self::InverseRange { inv_range, root } => {
                 let residual = root * (1.0 / x.norm() - inv_range);
                 residual * residual
             }
+            Self::Row(row) => row.residual(camera, x)?.norm_squared(),
+            Self::InverseDepth(depth) => depth.residual(camera, x)?.powi(2),
         })
     }
 
     /// The components of the whitened residual at the point `x`, appended to `all`.
-    pub fn components(&self, intrinsics: &Intrinsics, x: &Vector3<f64>, all: &mut Vec<f64>) {
+    pub fn components(&self, camera: CameraState, x: &Vector3<f64>, all: &mut Vec<f64>) {
         match self {
             Self::Pixel { pixel, root } => {
-                if let Some(found) = intrinsics.camera.project(x) {
+                if let Some(found) = camera.intrinsics.camera.project(x) {
                     all.extend((root * (found - pixel)).iter());
                 }
             }
             Self::Point { point, root } => all.extend((root * (x - point)).iter()),
             Self::InverseRange { inv_range, root } => all.push(root * (1.0 / x.norm() - inv_range)),
+            Self::Row(row) => all.extend(row.residual(camera, x).iter().flatten()),
+            Self::InverseDepth(depth) => all.extend(depth.residual(camera, x)),
         }
     }
 
@@ -150,6 +128,7 @@ impl Measurement {
             Self::Pixel { pixel, .. } => *pixel = new_pixel,
             Self::Point { point, .. } => *point = new_point,
             Self::InverseRange { inv_range, .. } => *inv_range = 1.0 / new_point.norm(),
+            Self::Row(_) | Self::InverseDepth(_) => {}
         }
     }
 
@@ -160,6 +139,8 @@ impl Measurement {
             Self::Pixel { .. } => &losses.pixel,
             Self::Point { .. } => &losses.point,
             Self::InverseRange { .. } => &losses.inverse_range,
+            Self::Row(_) => &losses.pixel,
+            Self::InverseDepth(_) => &losses.inverse_depth,
         }
     }
 
@@ -168,13 +149,14 @@ impl Measurement {
     #[inline(always)]
     pub fn add(
         &self,
-        intrinsics: &Intrinsics,
+        camera: CameraState,
         x: &Vector3<f64>,
         losses: &Losses,
         curvature: Curvature,
         normal: &mut Normal,
     ) -> bool {
         let own = curvature == Curvature::Own;
+        let intrinsics = camera.intrinsics;
         match self {
             Self::Pixel { pixel, root } => {
                 let Some((found, by_point)) = intrinsics.camera.project_with_jacobian(x) else {
@@ -188,7 +170,11 @@ impl Measurement {
                 normal.cost += 0.5 * rho;
                 normal.add(&a.tr_mul(&a), &a.tr_mul(&residual), (weight, flattening));
                 if !own && intrinsics.free() > 0 {
-                    add_intrinsics(intrinsics, x, &found, root, (&a, &residual, weight), normal);
+                    let mut b = [Vector2::zeros(); MAX_FREE];
+                    for (parameter, column) in b[..intrinsics.free()].iter_mut().enumerate() {
+                        *column = root * intrinsics.derivative(parameter, x, &found);
+                    }
+                    normal.add_intrinsics(&b[..intrinsics.free()], (&residual, &a), weight);
                 }
             }
             Self::Point { point, root } => {
@@ -213,31 +199,11 @@ impl Measurement {
                 let gradient = a.transpose() * residual;
                 normal.add(&a.tr_mul(&a), &gradient, (weight, flattening));
             }
+            Self::Row(row) => return row.add(camera, x, &losses.pixel, curvature, normal),
+            Self::InverseDepth(depth) => {
+                return depth.add(camera, x, &losses.inverse_depth, curvature, normal);
+            }
         }
         true
-    }
-}
-
-/// The part of the free intrinsics: `B^T B`, `B^T A` and `B^T e`, B the derivative by them.
-fn add_intrinsics(
-    intrinsics: &Intrinsics,
-    x: &Vector3<f64>,
-    pixel: &Vector2<f64>,
-    root: &Matrix2<f64>,
-    (a, residual, weight): (&Matrix2x3<f64>, &Vector2<f64>, f64),
-    normal: &mut Normal,
-) {
-    let free = intrinsics.free();
-    let mut b = [Vector2::zeros(); MAX_FREE];
-    for (parameter, column) in b[..free].iter_mut().enumerate() {
-        *column = root * intrinsics.derivative(parameter, x, pixel);
-    }
-    for i in 0..free {
-        let weighted = b[i] * weight;
-        normal.intrinsics_gradient[i] += weighted.dot(residual);
-        normal.intrinsics_by_point[i] += a.tr_mul(&weighted);
-        for (entry, other) in normal.intrinsics[i][..free].iter_mut().zip(&b) {
-            *entry += weighted.dot(other);
-        }
     }
 }

@@ -1,14 +1,25 @@
 //! The problem as it is stated: cameras, poses, points, measurements, priors.
 
+mod device;
+mod inertial;
+mod known;
+
+pub use device::ReadDepth;
+
 pub use super::measurement::Losses;
 
+use super::ids::index;
 use super::inertial::Inertial;
 use super::intrinsics::Intrinsics;
 use super::measurement::Measurement;
 use super::prior::{Prior, root_information};
-use crate::{Error, Result};
-use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector2, Vector3};
+use super::relative::RelativePose;
+use super::rows::RowMotion;
+use super::sighting::RowPixel;
+use crate::Result;
+use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 use sphereflow_core::Pose;
+use sphereflow_core::checks::{all_finite, each, positive};
 use sphereflow_sphere::Camera;
 
 #[derive(Clone, Debug)]
@@ -16,6 +27,7 @@ pub(crate) struct View {
     pub world_from_camera: Pose,
     pub camera: usize,
     pub fixed: bool,
+    pub rows: RowMotion,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -41,28 +53,14 @@ pub struct BundleProblem {
     pub(crate) points: Vec<PointNode>,
     pub(crate) observations: Vec<Observation>,
     pub(crate) priors: Vec<Prior>,
+    pub(crate) relative: Vec<RelativePose>,
     pub(crate) inertial: Inertial,
     /// The losses of the kinds of measurements; quadratic at first.
     pub losses: Losses,
 }
 
 fn finite<const N: usize>(argument: &str, values: &SMatrix<f64, N, 1>) -> Result<()> {
-    if values.iter().all(|v| v.is_finite()) {
-        return Ok(());
-    }
-    let found = format!("{:?}", values.as_slice());
-    Err(Error::value(argument, "finite numbers", found))
-}
-
-pub(super) fn index(argument: &str, found: usize, count: usize) -> Result<()> {
-    if found < count {
-        return Ok(());
-    }
-    Err(Error::value(
-        argument,
-        format!("an index below {count}"),
-        found,
-    ))
+    Ok(all_finite(argument, values)?)
 }
 
 impl BundleProblem {
@@ -78,7 +76,10 @@ impl BundleProblem {
     }
 
     /// Estimate parameters of a camera, by their names in a calibration file; `focal` is `fx` and
-    /// `fy` together. Derivatives are closed forms for focal lengths, principal point, skew and
+    /// `fy` together; `readout_s`, `colour_offset_s` and the terms of the depth field
+    /// (`depth_field.relative.z1`, ...) are
+    /// [`DeviceCalibration`](crate::bundle::DeviceCalibration)'s. Derivatives are closed forms
+    /// for focal lengths, principal point, skew and
     /// OpenCV's coefficients, and central differences for the other models' own parameters.
     ///
     /// # Errors
@@ -100,6 +101,7 @@ impl BundleProblem {
             world_from_camera,
             camera,
             fixed: false,
+            rows: RowMotion::default(),
         });
         Ok(self.views.len() - 1)
     }
@@ -196,53 +198,17 @@ impl BundleProblem {
         inv_range: f64,
         sigma: f64,
     ) -> Result<usize> {
-        for (name, value) in [("inv_range", inv_range), ("sigma", sigma)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number per metre", value));
-            }
-        }
+        each(positive, &[("inv_range", inv_range), ("sigma", sigma)])?;
         let root = 1.0 / sigma;
         self.observe(pose, point, Measurement::InverseRange { inv_range, root })
     }
 
-    /// What is known of a pose; the covariance is of the twist `[omega, v]` in the camera frame.
-    ///
-    /// # Errors
-    /// Where the index is unknown, a number is not finite, or the covariance is not positive definite.
-    pub fn add_pose_prior(
-        &mut self,
-        pose: usize,
-        world_from_camera: &Pose,
-        covariance: &Matrix6<f64>,
-    ) -> Result<()> {
-        index("pose", pose, self.views.len())?;
-        finite("world_from_camera", &world_from_camera.translation)?;
-        finite("world_from_camera", &world_from_camera.rotation.coords)?;
-        let root = root_information("covariance", covariance)?;
-        self.priors
-            .push(Prior::of_pose(pose, world_from_camera, &root));
-        Ok(())
-    }
-
-    /// What is known of a pose's rotation; the covariance is of the rotation vector in the camera
-    /// frame, radians squared.
-    ///
-    /// # Errors
-    /// Where the index is unknown, a number is not finite, or the covariance is not positive definite.
-    pub fn add_attitude_prior(
-        &mut self,
-        pose: usize,
-        world_from_camera: &UnitQuaternion<f64>,
-        covariance: &Matrix3<f64>,
-    ) -> Result<()> {
-        index("pose", pose, self.views.len())?;
-        finite("world_from_camera", &world_from_camera.coords)?;
-        let mut root = SMatrix::<f64, 3, 6>::zeros();
-        root.fixed_view_mut::<3, 3>(0, 0)
-            .copy_from(&root_information("covariance", covariance)?);
-        let known = Pose::new(*world_from_camera, Vector3::zeros());
-        self.priors.push(Prior::of_pose(pose, &known, &root));
-        Ok(())
+    /// True where something but points ties poses together.
+    pub(super) fn ties_poses(&self) -> bool {
+        let joint = |prior: &Prior| prior.views.len() + prior.motions.len() > 1;
+        self.priors.iter().any(joint)
+            || !self.relative.is_empty()
+            || !self.inertial.views.is_empty()
     }
 
     /// Number of poses.
@@ -265,7 +231,7 @@ impl BundleProblem {
         self.observations
             .iter()
             .filter_map(|o| match o.measurement {
-                Measurement::Pixel { pixel, .. } => {
+                Measurement::Pixel { pixel, .. } | Measurement::Row(RowPixel { pixel, .. }) => {
                     Some((o.view as usize, o.point as usize, pixel))
                 }
                 _ => None,

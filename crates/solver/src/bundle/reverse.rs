@@ -6,7 +6,8 @@
 
 mod elimination;
 
-use super::chunk::{Chunk, NONE, PointStep};
+use super::chunk::{Chunk, PointStep};
+use super::ids::NONE;
 use super::layout::Layout;
 use crate::linear::{BlockPattern, BlockSolver, LinearSolver};
 use crate::minimise::damping_term;

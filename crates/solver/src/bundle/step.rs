@@ -2,7 +2,7 @@
 
 use super::adjuster::BundleAdjuster;
 use super::assembly::Assembly;
-use super::chunk::NONE;
+use super::ids::NONE;
 use super::inertial::Motion;
 use super::intrinsics::Intrinsics;
 use crate::minimise::Step;

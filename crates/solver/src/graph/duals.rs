@@ -1,7 +1,7 @@
 //! Jacobians of edges and priors against dual numbers, for poses and similarities.
 
-use super::optimiser::GraphOptimiser;
 use super::prior::Prior;
+use super::solve::GraphState;
 use super::tests::sample;
 use super::*;
 use crate::Damping;
@@ -102,7 +102,7 @@ fn check<G: Group<D> + AsMatrix, const D: usize>(scale_of: impl Fn(&G) -> f64) {
     let graph = sample::<G, D>();
     let again = graph.clone();
     let scales: Vec<f64> = again.nodes().iter().map(scale_of).collect();
-    let mut system = GraphOptimiser::new(graph);
+    let mut system = GraphState::new(graph, &[]);
     let value = system.cost().unwrap();
     system.linearise(Damping::Identity, 0.0);
     let analytic = system.gradient().to_vec();

@@ -2,9 +2,10 @@
 
 use super::group::Group;
 use super::prior::Prior;
-use crate::{Error, Result};
+use crate::{Error, Loss, Result};
 use nalgebra::{SMatrix, Unit, UnitQuaternion, Vector3};
 use sphereflow_core::Pose;
+use sphereflow_core::checks::positive;
 use std::fmt;
 
 /// Whether a relative measurement can be wrong as a whole.
@@ -24,6 +25,14 @@ pub(super) struct Edge<G, const D: usize> {
     pub measured: G,
     pub root: SMatrix<f64, D, D>,
     pub kind: EdgeKind,
+    pub loss: Loss,
+}
+
+impl<G, const D: usize> Edge<G, D> {
+    /// What decides how much a residual counts.
+    pub fn by(&self) -> (EdgeKind, Loss) {
+        (self.kind, self.loss)
+    }
 }
 
 /// Poses `world_from_body` tied by relative measurements. Updates are from the right,
@@ -132,8 +141,36 @@ impl<G: Group<D>, const D: usize> PoseGraph<G, D> {
             measured,
             root,
             kind,
+            loss: Loss::Quadratic,
         });
         Ok(self.edges.len() - 1)
+    }
+
+    /// A relative measurement `a_from_b` as an alignment of images gives it: its information is of
+    /// tangent vectors in the frame of `a`, and large residuals count by `loss` (where no switch
+    /// decides). The residual is `log(a^-1 b measured^-1)`; as `log(measured^-1 a^-1 b)` is that by
+    /// the adjoint of `measured`, the information of [`PoseGraph::add_edge`] is
+    /// `Ad(measured)^T information Ad(measured)`, exactly.
+    ///
+    /// # Errors
+    /// As for [`PoseGraph::add_edge`], or where the loss has no positive threshold.
+    pub fn add_alignment(
+        &mut self,
+        (a, b): (usize, usize),
+        a_from_b: G,
+        information: &SMatrix<f64, D, D>,
+        loss: Loss,
+    ) -> Result<usize> {
+        loss.check()?;
+        valid("measured", &a_from_b)?;
+        let to_a = a_from_b.adjoint();
+        let in_b = to_a.tr_mul(&(information * to_a));
+        // rounding of the products is not asymmetry
+        let in_b = (in_b + in_b.transpose()) * 0.5;
+        root("information", information)?;
+        let edge = self.add_edge((a, b), a_from_b, &in_b, EdgeKind::Odometry)?;
+        self.edges[edge].loss = loss;
+        Ok(edge)
     }
 
     /// What is known of a node, with its information.
@@ -171,7 +208,8 @@ impl<G: Group<D>, const D: usize> PoseGraph<G, D> {
     ) -> Result<()> {
         self.known("node", node)?;
         let (world, body) = (direction("world", world)?, direction("body", body)?);
-        let root = 1.0 / positive("sigma_rad", sigma_rad)?;
+        positive("sigma_rad", sigma_rad)?;
+        let root = 1.0 / sigma_rad;
         self.priors.push(Prior::Gravity {
             node,
             world,
@@ -199,7 +237,8 @@ impl<G: Group<D>, const D: usize> PoseGraph<G, D> {
             &Pose::new(*world_from_body, Vector3::zeros()),
         )?;
         let axis = direction("axis", axis)?;
-        let root = 1.0 / positive("sigma_rad", sigma_rad)?;
+        positive("sigma_rad", sigma_rad)?;
+        let root = 1.0 / sigma_rad;
         self.priors.push(Prior::Yaw {
             node,
             axis,
@@ -301,13 +340,6 @@ fn valid<G: Group<D>, const D: usize>(argument: &str, value: &G) -> Result<()> {
         "finite numbers",
         format!("{value:?}"),
     ))
-}
-
-fn positive(argument: &str, value: f64) -> Result<f64> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(value);
-    }
-    Err(Error::value(argument, "a positive number", value))
 }
 
 fn direction(argument: &str, value: &Vector3<f64>) -> Result<Vector3<f64>> {

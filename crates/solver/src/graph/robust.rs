@@ -1,18 +1,17 @@
 //! Loop edges that may be wrong as a whole: switched off during the minimisation.
 
-use super::group::Group;
-use super::optimiser::GraphOptimiser;
 use super::problem::EdgeKind;
-use crate::minimise::minimise;
+use crate::minimise::{System, minimise};
 use crate::options::Options;
 use crate::summary::{StopReason, Summary};
-use crate::{Error, Result};
+use crate::{Loss, Result};
+use sphereflow_core::checks::positive;
 
 /// How wrong loop edges are told from right ones. Thresholds are of the squared whitened residual:
 /// 16.8 is the 99 % quantile of 6 degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum LoopSwitch {
-    /// All edges are believed.
+    /// Every edge counts by its own loss.
     #[default]
     Off,
     /// Dynamic covariance scaling (Agarwal et al., 2013): from `phi` on the cost of an edge grows
@@ -51,24 +50,22 @@ impl LoopSwitch {
     pub fn check(&self) -> Result<()> {
         match *self {
             Self::Scaled { phi: k } | Self::Graduated { threshold: k } => {
-                if k.is_finite() && k > 0.0 {
-                    return Ok(());
-                }
-                Err(Error::value("loop switch", "a positive threshold", k))
+                Ok(positive("loop switch", k)?)
             }
             Self::Off => Ok(()),
         }
     }
 
-    /// Loss and weight of a squared residual; the graduation has weights of its own.
+    /// Loss and weight of a squared residual of an edge with a loss of its own; the graduation has
+    /// weights of its own.
     #[inline]
-    pub(super) fn evaluate(&self, kind: EdgeKind, s: f64) -> (f64, f64) {
+    pub(super) fn evaluate(&self, (kind, loss): (EdgeKind, Loss), s: f64) -> (f64, f64) {
         match *self {
             Self::Scaled { phi } if kind == EdgeKind::Loop && s > phi => (
                 phi * (3.0 * s - phi) / (s + phi),
                 4.0 * phi * phi / ((s + phi) * (s + phi)),
             ),
-            _ => (s, 1.0),
+            _ => loss.evaluate(s),
         }
     }
 }
@@ -84,49 +81,50 @@ fn weight(s: f64, threshold: f64, mu: f64) -> f64 {
     }
 }
 
-impl<G: Group<D>, const D: usize> GraphOptimiser<G, D> {
-    /// The edges that count less than half at the present state.
-    pub(super) fn judge(&mut self) -> RobustSummary {
-        self.square(false);
-        let rejected = (0..self.squares.len())
-            .filter(|&k| {
-                let kind = self.graph.edges[k].kind;
-                self.weights[k] * self.switch.evaluate(kind, self.squares[k]).1 < 0.5
-            })
-            .collect();
-        RobustSummary {
-            rejected,
-            passes: 1,
-        }
-    }
+/// A system of edges whose weights a robust switch sets.
+pub(super) trait Weighted: System {
+    /// Bring the squared residuals up to the present state.
+    fn measure(&mut self);
 
-    /// Weights of the loop edges at `mu`; true where all are 0 or 1.
-    fn reweight(&mut self, threshold: f64, mu: f64) -> bool {
-        self.square(false);
-        let mut decided = true;
-        for (k, edge) in self.graph.edges.iter().enumerate() {
-            if edge.kind == EdgeKind::Loop {
-                self.weights[k] = weight(self.squares[k], threshold, mu);
-                decided &= self.weights[k] == 0.0 || self.weights[k] == 1.0;
-            }
-        }
-        self.lay_out();
-        decided
-    }
+    /// Kind, squared whitened residual when last measured, and how much it counts, of every edge.
+    fn edges(&self) -> impl Iterator<Item = (EdgeKind, f64, f64)>;
 
-    fn worst_loop(&mut self) -> f64 {
-        self.square(false);
-        let loops = self.graph.edges.iter().zip(&self.squares);
-        loops
-            .filter(|(edge, _)| edge.kind == EdgeKind::Loop)
-            .fold(0.0, |worst, (_, &square)| worst.max(square))
+    /// Weights of the loop edges from their squared residuals when last measured.
+    fn reweight(&mut self, weight: impl Fn(f64) -> f64);
+}
+
+/// The edges that count less than half at the present state.
+pub(super) fn judge(system: &mut impl Weighted) -> RobustSummary {
+    system.measure();
+    let felt = system.edges().map(|(_, _, felt)| felt).enumerate();
+    RobustSummary {
+        rejected: felt
+            .filter(|(_, felt)| *felt < 0.5)
+            .map(|(k, _)| k)
+            .collect(),
+        passes: 1,
     }
+}
+
+/// Weights of the loop edges at `mu`; true where all are 0 or 1.
+fn reweight(system: &mut impl Weighted, threshold: f64, mu: f64) -> bool {
+    system.measure();
+    let weight = |square: f64| weight(square, threshold, mu);
+    let decided = loops(system).map(weight).all(|w| w == 0.0 || w == 1.0);
+    system.reweight(weight);
+    decided
+}
+
+/// The squared residuals of the loop edges.
+fn loops(system: &impl Weighted) -> impl Iterator<Item = f64> {
+    let all = system.edges();
+    all.filter_map(|(kind, square, _)| (kind == EdgeKind::Loop).then_some(square))
 }
 
 /// Minimise with all edges, then again and again with the doubted ones counting less, until every loop
 /// edge is right or wrong; the last pass is a full minimisation. The time budget is of all of them.
-pub(super) fn graduate<G: Group<D>, const D: usize>(
-    system: &mut GraphOptimiser<G, D>,
+pub(super) fn graduate(
+    system: &mut impl Weighted,
     threshold: f64,
     options: &Options,
 ) -> Result<(Summary, RobustSummary)> {
@@ -143,13 +141,14 @@ pub(super) fn graduate<G: Group<D>, const D: usize>(
         ..options.clone()
     };
     let first = minimise(system, &left(&short))?;
-    let worst = system.worst_loop();
+    system.measure();
+    let worst = loops(system).fold(0.0, f64::max);
     let mut mu = threshold / (2.0 * worst - threshold).max(f64::MIN_POSITIVE);
     let mut passes = 1;
     let ended = |stop: StopReason| matches!(stop, StopReason::Interrupted | StopReason::TimeBudget);
     let mut stop = first.stop;
     while worst > threshold && passes < MAX_PASSES && !ended(stop) {
-        let decided = system.reweight(threshold, mu);
+        let decided = reweight(system, threshold, mu);
         if decided && passes > 1 {
             break;
         }
@@ -161,7 +160,7 @@ pub(super) fn graduate<G: Group<D>, const D: usize>(
     summary.elapsed = begin.elapsed();
     let robust = RobustSummary {
         passes: passes + 1,
-        ..system.judge()
+        ..judge(system)
     };
     Ok((summary, robust))
 }

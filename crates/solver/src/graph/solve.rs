@@ -1,9 +1,10 @@
-//! The graph's normal equations, and their solution.
+//! The graph's state, its normal equations, and their solution.
 
 use super::group::Group;
-use super::optimiser::GraphOptimiser;
-use crate::linear::BlockPattern;
-use crate::minimise::{Step, System, damping_term};
+use super::problem::{Edge, EdgeKind, PoseGraph};
+use super::robust::{LoopSwitch, Weighted};
+use crate::linear::{BlockPattern, NormalEquations};
+use crate::minimise::{Step, System};
 use crate::options::Damping;
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
@@ -34,14 +35,88 @@ impl<const D: usize> Part<D> {
     }
 }
 
-impl<G: Group<D>, const D: usize> GraphOptimiser<G, D> {
+/// A graph with a candidate, the weights of its edges and the room to solve for a step.
+pub(super) struct GraphState<G, const D: usize> {
+    pub graph: PoseGraph<G, D>,
+    candidate: Vec<G>,
+    /// Weights of the edges by the robust switch, and which the matrix is laid out for.
+    weights: Vec<f64>,
+    laid_out: Vec<bool>,
+    pub switch: LoopSwitch,
+    block: Vec<Option<usize>>,
+    offsets: Vec<Option<(usize, bool)>>,
+    equations: NormalEquations,
+    parts: Vec<Part<D>>,
+    squares: Vec<f64>,
+}
+
+impl<G: Group<D>, const D: usize> GraphState<G, D> {
+    /// Lay the graph out, with the nodes `hold` held.
+    pub fn new(graph: PoseGraph<G, D>, hold: &[usize]) -> Self {
+        let mut moves: Vec<bool> = graph.fixed.iter().map(|fixed| !fixed).collect();
+        for &node in hold {
+            moves[node] = false;
+        }
+        let mut blocks = 0;
+        let mut number = |moves: bool| {
+            blocks += usize::from(moves);
+            moves.then(|| blocks - 1)
+        };
+        let block: Vec<_> = moves.into_iter().map(&mut number).collect();
+        let weights = vec![1.0; graph.edges.len()];
+        let pattern = pattern(&graph.edges, &weights, &block, blocks);
+        Self {
+            candidate: graph.nodes.clone(),
+            laid_out: vec![true; weights.len()],
+            weights,
+            switch: LoopSwitch::Off,
+            offsets: offsets(&graph.edges, &block, &pattern),
+            block,
+            equations: NormalEquations::new(pattern),
+            parts: vec![Part::zeros(); graph.edges.len()],
+            squares: vec![0.0; graph.edges.len()],
+            graph,
+        }
+    }
+
+    /// All edges believed, by this switch.
+    pub fn begin(&mut self, switch: LoopSwitch) {
+        self.switch = switch;
+        self.weights.fill(1.0);
+        self.lay_out();
+    }
+
+    /// Lay the normal matrix out again where edges have a weight that it has no room for, or many of
+    /// those it has room for have none any more: wrong loops tie what is far apart, and cost most of
+    /// the work until they are left out.
+    fn lay_out(&mut self) {
+        let (mut missing, mut gone, mut there) = (false, 0, 0);
+        for (weight, laid_out) in self.weights.iter().zip(&self.laid_out) {
+            let kept = *weight > 0.0;
+            missing |= kept && !laid_out;
+            gone += usize::from(*laid_out && !kept);
+            there += usize::from(*laid_out);
+        }
+        if !missing && 100 * gone <= there {
+            return;
+        }
+        let edges = &self.graph.edges;
+        let blocks = self.equations.pattern.blocks();
+        let pattern = pattern(edges, &self.weights, &self.block, blocks);
+        self.offsets = offsets(edges, &self.block, &pattern);
+        self.equations.lay_out(pattern);
+        for (laid_out, weight) in self.laid_out.iter_mut().zip(&self.weights) {
+            *laid_out = *weight > 0.0;
+        }
+    }
+
     #[cfg(test)]
     pub(super) fn gradient(&self) -> &[f64] {
-        &self.gradient
+        self.equations.gradient()
     }
 
     /// Squared whitened residuals of the edges, at the state or the candidate.
-    pub fn square(&mut self, candidate: bool) {
+    fn square(&mut self, candidate: bool) {
         let nodes = if candidate {
             &self.candidate
         } else {
@@ -71,7 +146,7 @@ impl<G: Group<D>, const D: usize> GraphOptimiser<G, D> {
             .zip(&self.weights)
             .zip(&self.squares)
         {
-            cost += 0.5 * weight * self.switch.evaluate(edge.kind, *square).0;
+            cost += 0.5 * weight * self.switch.evaluate(edge.by(), *square).0;
         }
         let nodes = if candidate {
             &self.candidate
@@ -94,7 +169,7 @@ impl<G: Group<D>, const D: usize> GraphOptimiser<G, D> {
                 let relative = nodes[edge.from].inverse().compose(&nodes[edge.to]);
                 let error = edge.measured.inverse().compose(&relative).log();
                 let residual = edge.root * error;
-                let weight = weight * switch.evaluate(edge.kind, residual.norm_squared()).1;
+                let weight = weight * switch.evaluate(edge.by(), residual.norm_squared()).1;
                 // measured^-1 exp(-d) relative = measured^-1 relative exp(-Ad(relative^-1) d)
                 let by_to = edge.root * G::right_jacobian_inverse(&error);
                 let back = -relative.inverse().adjoint();
@@ -109,118 +184,59 @@ impl<G: Group<D>, const D: usize> GraphOptimiser<G, D> {
 
     /// The sum of the edges' parts, in their order.
     fn gather(&mut self) {
-        let Self {
-            pattern,
-            block,
-            values,
-            gradient,
-            ..
-        } = self;
-        let mut sum = Sum {
-            pattern,
-            block,
-            values,
-            gradient,
-        };
-        let parts = self.parts.iter().zip(&self.graph.edges).zip(&self.offsets);
-        for ((part, edge), offset) in parts {
-            sum.add_diagonal(edge.from, &part.from, &part.from_gradient);
-            sum.add_diagonal(edge.to, &part.to, &part.to_gradient);
-            match offset {
-                Some((offset, true)) => sum.add_block(*offset, &part.cross.transpose()),
-                Some((offset, false)) => sum.add_block(*offset, &part.cross),
-                None => {}
+        let (equations, block) = (&mut self.equations, &self.block);
+        let mut add = |node: usize, matrix: &SMatrix<f64, D, D>, g: &SVector<f64, D>| {
+            if let Some(block) = block[node] {
+                equations.add_diagonal(block, matrix.as_slice(), g.as_slice());
             }
+        };
+        for (part, edge) in self.parts.iter().zip(&self.graph.edges) {
+            add(edge.from, &part.from, &part.from_gradient);
+            add(edge.to, &part.to, &part.to_gradient);
         }
         for prior in &self.graph.priors {
             let (residual, jacobian) = prior.evaluate(&self.graph.nodes);
             let (normal, g) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&residual));
-            sum.add_diagonal(prior.node(), &normal, &g);
+            add(prior.node(), &normal, &g);
         }
-    }
-}
-
-/// Normal matrix and gradient while they are summed.
-struct Sum<'a> {
-    pattern: &'a BlockPattern,
-    block: &'a [Option<usize>],
-    values: &'a mut [f64],
-    gradient: &'a mut [f64],
-}
-
-impl Sum<'_> {
-    fn add_diagonal<const D: usize>(
-        &mut self,
-        node: usize,
-        matrix: &SMatrix<f64, D, D>,
-        g: &SVector<f64, D>,
-    ) {
-        if let Some(block) = self.block[node] {
-            self.add_block(self.pattern.diagonal(block), matrix);
-            let start = self.pattern.start(block);
-            for (to, entry) in self.gradient[start..start + D].iter_mut().zip(g.iter()) {
-                *to += entry;
+        for (part, offset) in self.parts.iter().zip(&self.offsets) {
+            match offset {
+                Some((offset, true)) => {
+                    equations.add_at(*offset, part.cross.transpose().as_slice());
+                }
+                Some((offset, false)) => equations.add_at(*offset, part.cross.as_slice()),
+                None => {}
             }
         }
     }
-
-    fn add_block<const D: usize>(&mut self, offset: usize, matrix: &SMatrix<f64, D, D>) {
-        let to = &mut self.values[offset..offset + D * D];
-        for (to, entry) in to.iter_mut().zip(matrix.as_slice()) {
-            *to += entry;
-        }
-    }
 }
 
-impl<G: Group<D>, const D: usize> System for GraphOptimiser<G, D> {
+impl<G: Group<D>, const D: usize> System for GraphState<G, D> {
     fn cost(&mut self) -> Option<f64> {
         Some(self.evaluate(false))
     }
 
     fn linearise(&mut self, _: Damping, _: f64) -> f64 {
-        self.values.fill(0.0);
-        self.gradient.fill(0.0);
+        self.equations.clear();
         self.linearise_edges();
         self.gather();
-        self.gradient.iter().fold(0.0, |most, g| most.max(g.abs()))
+        self.equations.gradient_max()
     }
 
     fn step(&mut self, damping: Damping, lambda: f64) -> Option<Step> {
-        self.damped.copy_from_slice(&self.values);
-        for block in 0..self.pattern.blocks() {
-            let offset = self.pattern.diagonal(block);
-            for k in 0..D {
-                let at = offset + k * (D + 1);
-                self.damped[at] += damping_term(damping, lambda, self.values[at]);
-            }
-        }
-        for (step, gradient) in self.step.iter_mut().zip(&self.gradient) {
-            *step = -gradient;
-        }
-        let solved = self.solver.factor(&self.pattern, &self.damped)
-            && self
-                .solver
-                .solve(&self.pattern, &self.damped, &mut self.step);
-        if !solved {
-            return None;
-        }
-        let (mut promised, mut squared, mut state) = (0.0, 0.0, 0.0);
+        let step = self.equations.solve(damping, lambda)?;
+        let mut state = 0.0;
         for (node, block) in self.block.iter().enumerate() {
             let here = &self.graph.nodes[node];
             state += 1.0 + here.pose().translation.norm_squared();
-            let Some(block) = block else { continue };
-            let (start, offset) = (self.pattern.start(*block), self.pattern.diagonal(*block));
-            let d = SVector::<f64, D>::from_column_slice(&self.step[start..start + D]);
-            for k in 0..D {
-                let term = damping_term(damping, lambda, self.values[offset + k * (D + 1)]);
-                promised += 0.5 * d[k] * (term * d[k] - self.gradient[start + k]);
+            if let Some(block) = block {
+                let d = SVector::<f64, D>::from_column_slice(self.equations.of(*block));
+                self.candidate[node] = here.compose(&G::exp(&d));
             }
-            squared += d.norm_squared();
-            self.candidate[node] = here.compose(&G::exp(&d));
         }
         Some(Step {
-            promised,
-            norm: squared.sqrt(),
+            promised: step.promised,
+            norm: step.squared.sqrt(),
             state_norm: f64::sqrt(state),
         })
     }
@@ -232,4 +248,59 @@ impl<G: Group<D>, const D: usize> System for GraphOptimiser<G, D> {
     fn accept(&mut self) {
         self.graph.nodes.copy_from_slice(&self.candidate);
     }
+}
+
+impl<G: Group<D>, const D: usize> Weighted for GraphState<G, D> {
+    fn measure(&mut self) {
+        self.square(false);
+    }
+
+    fn edges(&self) -> impl Iterator<Item = (EdgeKind, f64, f64)> {
+        let all = (self.graph.edges.iter()).zip(self.squares.iter().zip(&self.weights));
+        all.map(|(edge, (square, weight))| {
+            let felt = weight * self.switch.evaluate(edge.by(), *square).1;
+            (edge.kind, *square, felt)
+        })
+    }
+
+    fn reweight(&mut self, weight: impl Fn(f64) -> f64) {
+        let all = (self.weights.iter_mut()).zip(self.graph.edges.iter().zip(&self.squares));
+        for (to, (edge, square)) in all {
+            if edge.kind == EdgeKind::Loop {
+                *to = weight(*square);
+            }
+        }
+        self.lay_out();
+    }
+}
+
+/// The blocks that edges with a weight tie.
+fn pattern<G, const D: usize>(
+    edges: &[Edge<G, D>],
+    weights: &[f64],
+    block: &[Option<usize>],
+    blocks: usize,
+) -> BlockPattern {
+    let (mut starts, mut members) = (vec![0], Vec::new());
+    for (edge, _) in edges.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+        let ends = [block[edge.from], block[edge.to]];
+        members.extend(ends.into_iter().flatten().map(|b| b as u32));
+        starts.push(members.len());
+    }
+    BlockPattern::from_groups(vec![D; blocks], &starts, &members)
+}
+
+/// Where the block between the ends of each edge is, and whether it is transposed there; none where
+/// it has no block (an end does not move, or the edge has no weight).
+fn offsets<G, const D: usize>(
+    edges: &[Edge<G, D>],
+    block: &[Option<usize>],
+    pattern: &BlockPattern,
+) -> Vec<Option<(usize, bool)>> {
+    let offset = |edge: &Edge<G, D>| {
+        let (from, to) = (block[edge.from]?, block[edge.to]?);
+        let offset = pattern.offset(from.max(to), from.min(to))?;
+        Some((offset, from > to))
+    };
+    edges.iter().map(offset).collect()
 }

@@ -3,8 +3,9 @@
 //! Forster, Carlone, Dellaert, Scaramuzza, "On-manifold preintegration for real-time visual-inertial
 //! odometry", 2017. The body frame is the IMU's; `a` is specific force; a bias is subtracted.
 
-use crate::{Error, Result};
+use crate::Result;
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
+use sphereflow_core::checks::{all_finite, each, positive};
 use sphereflow_sphere::lie::so3;
 
 /// Biases of a gyrometer, rad/s, and an accelerometer, m/s^2: subtracted from what they measure.
@@ -59,16 +60,13 @@ impl Preintegration {
     /// # Errors
     /// Where a noise density is not a positive number, or a bias is not finite.
     pub fn new(bias: ImuBias, sigmas: ImuSigmas) -> Result<Self> {
-        for (name, value) in [
+        let densities = [
             ("sigmas.gyro", sigmas.gyro),
             ("sigmas.accel", sigmas.accel),
             ("sigmas.gyro_walk", sigmas.gyro_walk),
             ("sigmas.accel_walk", sigmas.accel_walk),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number", value));
-            }
-        }
+        ];
+        each(positive, &densities)?;
         finite("bias.gyro", &bias.gyro)?;
         finite("bias.accel", &bias.accel)?;
         let zero = Matrix3::zeros();
@@ -95,9 +93,7 @@ impl Preintegration {
     pub fn push(&mut self, gyro: &Vector3<f64>, accel: &Vector3<f64>, dt_s: f64) -> Result<()> {
         finite("gyro", gyro)?;
         finite("accel", accel)?;
-        if !(dt_s.is_finite() && dt_s > 0.0) {
-            return Err(Error::value("dt_s", "a positive number of seconds", dt_s));
-        }
+        positive("dt_s", dt_s)?;
         let (omega, a) = (gyro - self.bias.gyro, accel - self.bias.accel);
         let turn = omega * dt_s;
         let step = so3::exp(&turn);
@@ -190,12 +186,5 @@ impl Preintegration {
 }
 
 pub(crate) fn finite(argument: &str, v: &Vector3<f64>) -> Result<()> {
-    if v.iter().all(|v| v.is_finite()) {
-        return Ok(());
-    }
-    Err(Error::value(
-        argument,
-        "finite numbers",
-        format!("{:?}", v.as_slice()),
-    ))
+    Ok(all_finite(argument, v)?)
 }

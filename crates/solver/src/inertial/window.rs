@@ -4,13 +4,14 @@ use super::link::{
     InertialState, Matrix15, STATE, Vector15, check, moved, predict, residual, root,
 };
 use super::preintegration::{ImuBias, Preintegration, finite};
-use crate::linear::{BlockPattern, BlockSolver, LinearSolver};
-use crate::minimise::{Step, System, damping_term, minimise};
+use crate::linear::{BlockPattern, NormalEquations};
+use crate::minimise::{Step, System, minimise};
 use crate::options::{Damping, Options};
 use crate::summary::Summary;
 use crate::{Error, Result};
 use nalgebra::{Matrix6, Vector3};
 use sphereflow_core::Pose;
+use sphereflow_core::checks::{each, positive};
 use sphereflow_sphere::lie::se3;
 
 #[derive(Clone, Debug)]
@@ -108,11 +109,8 @@ impl InertialWindow {
         (gyro_sigma, accel_sigma): (f64, f64),
     ) -> Result<()> {
         self.known(state)?;
-        for (name, value) in [("gyro_sigma", gyro_sigma), ("accel_sigma", accel_sigma)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value(name, "a positive number", value));
-            }
-        }
+        let sigmas = [("gyro_sigma", gyro_sigma), ("accel_sigma", accel_sigma)];
+        each(positive, &sigmas)?;
         let root = [1.0 / gyro_sigma, 1.0 / accel_sigma];
         self.bias_priors.push(BiasPrior { state, bias, root });
         Ok(())
@@ -136,14 +134,8 @@ impl InertialWindow {
             starts.push(members.len());
         }
         let pattern = BlockPattern::from_groups(vec![STATE; states], &starts, &members);
-        let n = pattern.dimension();
         let mut system = WindowSystem {
-            solver: BlockSolver::new(&pattern, LinearSolver::Auto),
-            values: vec![0.0; pattern.len()],
-            damped: vec![0.0; pattern.len()],
-            gradient: vec![0.0; n],
-            step: vec![0.0; n],
-            pattern,
+            equations: NormalEquations::new(pattern),
             window: self,
         };
         minimise(&mut system, options)
@@ -178,12 +170,7 @@ impl InertialWindow {
 
 pub(super) struct WindowSystem<'a> {
     window: &'a mut InertialWindow,
-    pattern: BlockPattern,
-    solver: BlockSolver,
-    values: Vec<f64>,
-    damped: Vec<f64>,
-    gradient: Vec<f64>,
-    step: Vec<f64>,
+    equations: NormalEquations,
 }
 
 impl WindowSystem<'_> {
@@ -211,13 +198,7 @@ impl WindowSystem<'_> {
     }
 
     fn add(&mut self, state: usize, normal: &Matrix15, g: &Vector15) {
-        let (offset, start) = (self.pattern.diagonal(state), self.pattern.start(state));
-        for (k, entry) in normal.iter().enumerate() {
-            self.values[offset + k] += entry;
-        }
-        for (k, entry) in g.iter().enumerate() {
-            self.gradient[start + k] += entry;
-        }
+        (self.equations).add_diagonal(state, normal.as_slice(), g.as_slice());
     }
 }
 
@@ -227,16 +208,13 @@ impl System for WindowSystem<'_> {
     }
 
     fn linearise(&mut self, _: Damping, _: f64) -> f64 {
-        self.values.fill(0.0);
-        self.gradient.fill(0.0);
+        self.equations.clear();
         for k in 0..self.window.links.len() {
             let (r, a, b) = self.window.link(k, &self.window.states);
             self.add(k, &a.tr_mul(&a), &a.tr_mul(&r));
             self.add(k + 1, &b.tr_mul(&b), &b.tr_mul(&r));
-            if let Some(offset) = self.pattern.offset(k + 1, k) {
-                for (at, entry) in b.tr_mul(&a).iter().enumerate() {
-                    self.values[offset + at] += entry;
-                }
+            if let Some(offset) = self.equations.pattern.offset(k + 1, k) {
+                self.equations.add_at(offset, b.tr_mul(&a).as_slice());
             }
         }
         for k in 0..self.window.measured.len() {
@@ -266,43 +244,20 @@ impl System for WindowSystem<'_> {
             }
             self.add(state, &normal, &g);
         }
-        self.gradient.iter().fold(0.0, |most, g| most.max(g.abs()))
+        self.equations.gradient_max()
     }
 
     fn step(&mut self, damping: Damping, lambda: f64) -> Option<Step> {
-        self.damped.copy_from_slice(&self.values);
-        for state in 0..self.pattern.blocks() {
-            for k in 0..STATE {
-                let at = self.pattern.diagonal(state) + k * (STATE + 1);
-                self.damped[at] += damping_term(damping, lambda, self.values[at]);
-            }
-        }
-        for (step, gradient) in self.step.iter_mut().zip(&self.gradient) {
-            *step = -gradient;
-        }
-        let solved = self.solver.factor(&self.pattern, &self.damped)
-            && self
-                .solver
-                .solve(&self.pattern, &self.damped, &mut self.step);
-        if !solved {
-            return None;
-        }
-        let (mut promised, mut squared, mut norm) = (0.0, 0.0, 0.0);
-        for state in 0..self.pattern.blocks() {
-            let (start, offset) = (self.pattern.start(state), self.pattern.diagonal(state));
-            let d = Vector15::from_column_slice(&self.step[start..start + STATE]);
-            for k in 0..STATE {
-                let term = damping_term(damping, lambda, self.values[offset + k * (STATE + 1)]);
-                promised += 0.5 * d[k] * (term * d[k] - self.gradient[start + k]);
-            }
-            squared += d.norm_squared();
-            let here = &self.window.states[state];
+        let step = self.equations.solve(damping, lambda)?;
+        let mut norm = 0.0;
+        for (state, here) in self.window.states.iter().enumerate() {
             norm += 1.0 + here.pose.translation.norm_squared() + here.velocity.norm_squared();
+            let d = Vector15::from_column_slice(self.equations.of(state));
             self.window.candidate[state] = moved(here, &d);
         }
         Some(Step {
-            promised,
-            norm: squared.sqrt(),
+            promised: step.promised,
+            norm: step.squared.sqrt(),
             state_norm: f64::sqrt(norm),
         })
     }

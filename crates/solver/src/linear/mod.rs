@@ -5,11 +5,13 @@ mod dense;
 mod dissection;
 mod fill;
 mod kernel;
+mod normal_equations;
 mod pattern;
 mod pcg;
 mod sparse;
 mod supernodes;
 
+pub(crate) use normal_equations::NormalEquations;
 pub(crate) use pattern::BlockPattern;
 
 use dense::DenseCholesky;

@@ -1,8 +1,8 @@
 //! Residuals and derivatives of one point, into its normal matrices. Thesis: section 8.4.2.
 
-use super::{Chunk, Link, NONE, Scene};
-use crate::bundle::layout::Direct;
-use crate::bundle::measurement::{Curvature, Normal};
+use super::{Chunk, Direct, Link, Scene};
+use crate::bundle::ids::NONE;
+use crate::bundle::normal::{Curvature, Normal};
 use crate::bundle::state::ViewPose;
 use crate::linear::BlockPattern;
 use nalgebra::{Matrix3, Vector3};
@@ -29,11 +29,12 @@ impl Chunk {
             let link = self.links[link];
             let pose = &scene.poses[link.view as usize];
             let x = pose.transform(&position);
-            let intrinsics = &scene.intrinsics[link.camera as usize];
-            normal.clear(intrinsics.free());
+            let camera = scene.camera(&link);
+            let free_intrinsics = camera.intrinsics.free();
+            normal.clear(free_intrinsics);
             while k < link.observations as usize {
                 let above = Curvature::Above;
-                self.observations[k].add(intrinsics, &x, scene.losses, above, normal);
+                self.observations[k].add(camera, &x, scene.losses, above, normal);
                 k += 1;
             }
             // Thesis: section 9.3.2: the derivative by the point is the pose's rotation
@@ -41,9 +42,9 @@ impl Chunk {
             if free {
                 v += pose.rotation.tr_mul(&n);
                 g += pose.rotation.tr_mul(&normal.g);
-                self.add_touches(&link, &x, &n, pose, normal, intrinsics.free());
+                self.add_touches(&link, &x, &n, pose, normal, free_intrinsics);
             }
-            self.add_direct(&link, &x, normal, maps, intrinsics.free());
+            self.add_direct(&link, &x, normal, maps, free_intrinsics);
         }
         if free {
             self.gradient_max = self.gradient_max.max(g.amax());

@@ -8,7 +8,7 @@
 
 use super::{Chunk, Scene};
 use crate::bundle::kernel::inverse_symmetric;
-use crate::bundle::measurement::{Curvature, Normal};
+use crate::bundle::normal::{Curvature, Normal};
 use crate::minimise::damping_term;
 use crate::options::Damping;
 use nalgebra::{Matrix3, Vector3};
@@ -36,10 +36,10 @@ impl Chunk {
         let (mut cost, mut felt) = (0.0, false);
         for link in &self.links[links] {
             let x = scene.poses[link.view as usize].transform(position);
-            let intrinsics = &scene.intrinsics[link.camera as usize];
+            let camera = scene.camera(link);
             while k < link.observations as usize {
                 let measurement = &self.observations[k];
-                let squared = measurement.squared(intrinsics, &x)?;
+                let squared = measurement.squared(camera, &x)?;
                 let (rho, weight) = measurement.loss(scene.losses).evaluate(squared);
                 cost += rho;
                 felt |= weight < 1.0;
@@ -64,10 +64,10 @@ impl Chunk {
         for link in &self.links[links] {
             let pose = &scene.poses[link.view as usize];
             let x = pose.transform(position);
-            let intrinsics = &scene.intrinsics[link.camera as usize];
+            let camera = scene.camera(link);
             normal.clear(0);
             while k < link.observations as usize {
-                self.observations[k].add(intrinsics, &x, scene.losses, Curvature::Own, normal);
+                self.observations[k].add(camera, &x, scene.losses, Curvature::Own, normal);
                 k += 1;
             }
             v += pose.rotation.tr_mul(&(normal.m * pose.rotation));

@@ -1,8 +1,10 @@
 //! Every Jacobian against differences, through the normal equations they make.
 
-use crate::bundle::chunk::NONE;
+use crate::bundle::ids::NONE;
 use crate::bundle::intrinsics::Intrinsics;
-use crate::bundle::measurement::{Curvature, Losses, Measurement, Normal};
+use crate::bundle::measurement::{Losses, Measurement};
+use crate::bundle::normal::{Curvature, Normal};
+use crate::bundle::rows::{CameraState, STILL};
 use crate::bundle::{BundleAdjuster, BundleProblem};
 use crate::minimise::System;
 use crate::{Damping, LinearSolver, Loss};
@@ -174,13 +176,18 @@ fn gradient_by_free_intrinsics_equals_differences() {
     }
 }
 
-/// The normal matrix of poses and intrinsics from differences of the residuals.
 #[test]
 fn normal_matrix_equals_that_of_differences() {
     // without priors, whose Jacobians the gradients test
     let mut problem = sample(&cameras()[1], |_| Loss::Quadratic);
     problem.priors.clear();
     problem.free_intrinsics(0, &["focal", "cx", "k1"]).unwrap();
+    assert_eq!(normal_matrix(problem), 2 * 36 + 9 + 2 * 18);
+}
+
+/// Compares the normal matrix of poses and intrinsics with that of differences of the residuals;
+/// the number of entries.
+pub(super) fn normal_matrix(problem: BundleProblem) -> usize {
     let mut adjuster = BundleAdjuster::new(problem, LinearSolver::Dense);
     adjuster.load();
     adjuster.linearise(Damping::Identity, 1e300); // points that cannot move
@@ -219,8 +226,8 @@ fn normal_matrix_equals_that_of_differences() {
             }
         }
     }
-    assert_eq!(compared, 2 * 36 + 9 + 2 * 18);
     assert!(direct.cross.iter().all(|&offset| offset != NONE));
+    compared
 }
 
 #[test]
@@ -229,7 +236,11 @@ fn curvature_of_a_robust_cost_equals_its_second_differences() {
     let root = spd3(1.0).cholesky().unwrap().l().transpose();
     let point = Vector3::new(0.2, -0.1, 2.0);
     let measurement = Measurement::Point { point, root };
-    let intrinsics = Intrinsics::fixed(cameras()[0].clone());
+    let intrinsics = &Intrinsics::fixed(cameras()[0].clone());
+    let camera = CameraState {
+        intrinsics,
+        rows: &STILL,
+    };
     let x = point + Vector3::new(0.3, 0.4, -0.2);
     // inside the inflection, where the curvature along the residual is not bounded
     for loss in [Loss::Huber(3.0), Loss::Cauchy(3.0), Loss::Tukey(5.0)] {
@@ -238,9 +249,9 @@ fn curvature_of_a_robust_cost_equals_its_second_differences() {
             ..Losses::default()
         };
         let mut normal = Normal::new();
-        assert!(measurement.add(&intrinsics, &x, &losses, Curvature::Own, &mut normal));
+        assert!(measurement.add(camera, &x, &losses, Curvature::Own, &mut normal));
         let cost = |x: &Vector3<f64>| {
-            let squared = measurement.squared(&intrinsics, x).unwrap();
+            let squared = measurement.squared(camera, x).unwrap();
             0.5 * loss.evaluate(squared).0
         };
         let h = 1e-4;
@@ -253,7 +264,7 @@ fn curvature_of_a_robust_cost_equals_its_second_differences() {
         // rounding 1e-16 / 1e-8, truncation of the square of the step
         assert!((numeric - normal.m).norm() < 1e-6, "{loss:?}");
         let mut above = Normal::new();
-        measurement.add(&intrinsics, &x, &losses, Curvature::Above, &mut above);
+        measurement.add(camera, &x, &losses, Curvature::Above, &mut above);
         let gap = (above.m - normal.m).symmetric_eigenvalues();
         assert!(
             gap.min() > -1e-12,

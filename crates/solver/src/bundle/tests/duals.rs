@@ -142,6 +142,7 @@ fn cost(problem: &BundleProblem, moved: Moved) -> Dual {
                     let r = c(*root) * (c(1.0) / range - c(*inv_range));
                     rho(losses.inverse_range, r * r)
                 }
+                other => panic!("{other:?} is compared with differences"),
             };
     }
     for prior in &problem.priors {

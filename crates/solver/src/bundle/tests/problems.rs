@@ -1,6 +1,6 @@
 //! Convergence, gauges, robust losses and threads on generated scenes.
 
-use crate::bundle::layout::Elimination;
+use crate::bundle::adjuster::Elimination;
 use crate::bundle::{BundleAdjuster, BundleProblem, adjust};
 use crate::generate::{Scene, SceneKind, SceneSettings, scene};
 use crate::{Damping, LinearSolver, Loss, Options};
