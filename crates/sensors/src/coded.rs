@@ -60,7 +60,8 @@ impl CodedSignal {
         for square in 0..=self.bits {
             let mean = self.mean(grey, square);
             let bright = mean >= 255.0 - DARK;
-            if !bright && !(mean <= DARK) {
+            let dark = mean <= DARK;
+            if !bright && !dark {
                 return Err(NoNumber::Blurred);
             }
             code = code << 1 | u32::from(bright);

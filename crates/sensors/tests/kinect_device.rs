@@ -1,4 +1,5 @@
 //! The driver of the Kinect against the simulated device: parameters, streams, losses, unplugging.
+#![allow(clippy::unwrap_used)] // helpers of tests may unwrap
 
 use sphereflow_core::{Plane, Stamp};
 use sphereflow_sensors::Error;

@@ -199,6 +199,30 @@ fn kinect_recording_has_metres_and_the_known_clock() {
         }
         last = Some(ns);
     }
-    assert_eq!(dropped, 16);
+    assert_eq!(dropped, 10); // 16 in the whole recording, of which these are the first images
     assert_eq!((ticks.faults().steps_back, clock.state().steps), (0, 0));
+}
+
+#[test]
+fn kinect_index_of_the_whole_recording_has_sixteen_drops() {
+    let Some(folder) = recordings("kinect1-fakenect") else {
+        return;
+    };
+    let index = fs::read_to_string(folder.join("INDEX-full-recording.txt")).unwrap();
+    let mut ticks = Ticks::new(60e6).unwrap();
+    let depths = index.lines().filter(|line| line.starts_with("d-"));
+    let times: Vec<i64> = depths
+        .map(|name| {
+            let parts: Vec<&str> = name.trim_end_matches(".pgm").split('-').collect();
+            ticks
+                .device_ns(parts[2].parse().unwrap(), parts[1].parse().unwrap())
+                .unwrap()
+        })
+        .collect();
+    let frames = |pair: &[i64]| ((pair[1] - pair[0]) as f64 / 33_369_250.0).round() as i64;
+    assert_eq!(times.len(), 346);
+    assert_eq!(
+        times.windows(2).map(|pair| frames(pair) - 1).sum::<i64>(),
+        16
+    );
 }

@@ -136,7 +136,8 @@ impl FrameAssembler {
         }
     }
 
-    /// Place in its frame of a packet, by its number, and whether it came late; frames that ended in a gap before it come out.
+    /// Place in its frame of a packet, by its number, and whether it came late; frames that ended
+    /// in a gap before it come out.
     fn index_of(
         &mut self,
         place: Place,
