@@ -1,6 +1,6 @@
 //! The real serial port code against a simulated Epson unit on a pseudo terminal.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used)] // helpers of tests may unwrap
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests may
 
 use sphereflow_core::ImuSample;
 use sphereflow_sensors::imu::epson::BurstFormat;
