@@ -79,8 +79,8 @@ def look(scene: Range, method: str) -> tuple[VelocityBiasEstimator, sf.Camera, n
     return estimator, camera, depth
 
 
-# Before a frontal wall, drifting along it by an unknown bias, noise of the range still leaves a little
-# information along the drift (its deviation falls from 0.40 to 0.34 m/s, errors within): two of three.
+# Before a frontal wall, drifting along it by an unknown bias, noise of the range still leaves a
+# little information along the drift: its deviation falls from 0.40 to 0.34 m/s, errors within.
 KNOWN = pytest.mark.xfail(reason="one direction of a frontal wall is called seen", strict=True)
 
 
