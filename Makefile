@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
 
-.PHONY: demo test bench lint experiments thesis wheel clean
+.PHONY: demo test test-slow bench lint experiments experiments-full thesis wheel clean
 
 # Build the wheel, install it as a user would, and run the main job on the simulated room.
 demo: $(VENV)/installed-wheel
@@ -15,6 +15,11 @@ test: $(VENV)/installed-dev
 	cargo test -q
 	$(BIN)/python -m pytest
 
+# What takes minutes, each with its reason beside it: `#[ignore = "slow: ..."]` and `mark.slow`.
+test-slow: $(VENV)/installed-dev
+	cargo test -q -- --ignored
+	$(BIN)/python -m pytest -m slow
+
 bench:
 	cargo bench
 
@@ -22,15 +27,24 @@ bench:
 lint: $(VENV)/installed-dev
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -q -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps -q
+	@if cargo deny --version >/dev/null 2>&1; then cargo deny check bans licenses sources; \
+	else echo "cargo-deny is not installed: bans, licences and sources are not checked"; fi
+	$(PYTHON) tools/file_rules.py
 	$(BIN)/ruff format --check python tests tools examples benches
 	$(BIN)/ruff check python tests tools examples benches
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest sphereflow._native
 	$(BIN)/python tools/thesis_map.py --check
+	$(BIN)/python tools/thesis_pages.py
 
-# The figures of docs/: each is drawn by one script in benches/experiments.
+# Each figure is drawn by one script in benches/experiments, with its curves beside it: small ones to
+# $(OUT)/experiments, those of docs/figures at the full size (an hour).
 experiments: $(VENV)/installed-dev
-	$(BIN)/python benches/experiments/run_all.py --out docs/figures
+	$(BIN)/python benches/experiments/run_all.py --out $(OUT)/experiments
+
+experiments-full: $(VENV)/installed-dev
+	$(BIN)/python benches/experiments/run_all.py --full --out docs/figures
 
 thesis: $(VENV)/installed-dev
 	$(BIN)/python tools/thesis_map.py

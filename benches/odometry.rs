@@ -2,10 +2,9 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Vector2, Vector3};
+use sphereflow_alignment::{Config, Method, VelocityEstimator, pose_from_twist};
 use sphereflow_core::{DepthMap, Plane, Pose, Stamp, Twist};
-use sphereflow_odometry::{
-    Config, DepthOdometry, Method, OdometryConfig, VelocityEstimator, pose_from_twist,
-};
+use sphereflow_odometry::{DepthOdometry, OdometryConfig};
 use sphereflow_slam::VoxelCloud;
 use sphereflow_sphere::Camera;
 use std::hint::black_box;

@@ -3,7 +3,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{UnitQuaternion, Vector3};
 use sphereflow_core::{DepthMap, Plane, Pose, RangeMap, Result};
-use sphereflow_sphere::{Border, Camera, Pyramid, SphereGrid, Warp, range_from_depth};
+use sphereflow_sphere::{Border, Camera, SphereGrid, Warp, range_from_depth};
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -73,9 +73,6 @@ fn warps(criterion: &mut Criterion) -> Result<()> {
     });
     group.bench_function("visible", |b| {
         b.iter(|| warp.visible(black_box(&range), &range, 0.05))
-    });
-    group.bench_function("inverse depth pyramid, 4 levels", |b| {
-        b.iter(|| Pyramid::of_inverse_depth(black_box(&depth), &camera, 4))
     });
     group.finish();
     Ok(())

@@ -2,8 +2,9 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::{Vector2, Vector3};
+use sphereflow_alignment::pose_from_twist;
+use sphereflow_baselines::{ThesisConfig, ThesisEstimator, TimeRule};
 use sphereflow_core::{DepthMap, Plane, Twist};
-use sphereflow_odometry::{ThesisConfig, ThesisEstimator, TimeRule, pose_from_twist};
 use sphereflow_sphere::Camera;
 use std::hint::black_box;
 use std::time::{Duration, Instant};

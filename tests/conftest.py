@@ -24,14 +24,12 @@ def recordings() -> Path:
 
 @pytest.fixture
 def known_answers(monkeypatch: pytest.MonkeyPatch):
-    """The pipeline around an odometry and a map that know the answer; returns the odometry."""
+    """The pipeline around an engine that knows the answer; returns the engine's class."""
     import fakes
-    import sphereflow.odometry
-    import sphereflow.slam
+    import sphereflow.pipeline
 
-    class Odometry(fakes.FakeOdometry):
-        made: ClassVar[list[fakes.FakeOdometry]] = []
+    class Engine(fakes.FakeEngine):
+        made: ClassVar[list[fakes.FakeEngine]] = []
 
-    monkeypatch.setattr(sphereflow.odometry, "DepthOdometry", Odometry)
-    monkeypatch.setattr(sphereflow.slam, "VoxelCloud", fakes.FakeCloud)
-    return Odometry
+    monkeypatch.setattr(sphereflow.pipeline, "Engine", Engine)
+    return Engine

@@ -1,4 +1,4 @@
-"""A recording, an odometry and a map that know the answer: what surrounds them is tested."""
+"""A recording and an engine that know the answer: what surrounds them is tested."""
 
 from __future__ import annotations
 
@@ -55,13 +55,8 @@ class FakeRecording:
     has_truth: bool = True
     readout_s: float | None = None
     depth_corrected: bool = False
-    camera: SimpleNamespace = field(
-        default_factory=lambda: SimpleNamespace(
-            width=COLUMNS,
-            height=ROWS,
-            model="pinhole",
-            parameters={"fx": 30.0, "fy": 30.0, "cx": 15.5, "cy": 11.5},
-        )
+    camera: sphereflow.Camera = field(
+        default_factory=lambda: sphereflow.Camera.pinhole(30.0, 30.0, 15.5, 11.5, COLUMNS, ROWS)
     )
 
     def __len__(self) -> int:
@@ -109,69 +104,122 @@ class FakeFrames:
         return self.recording.frame(self.next - 1)
 
 
-class FakeOdometry:
-    """Returns the true motion plus ``drift_m`` a frame, which ``optimise`` takes away.
+class FakeEngine:
+    """Publishes the true motion plus ``drift_m`` a frame, which ``finish`` takes away.
 
-    Frames listed in ``lost`` are lost; every tenth frame is a keyframe.
+    Frames listed in ``lost`` are lost; every tenth frame is a keyframe; ``breaks`` begin segments.
     """
 
     lost: tuple[int, ...] = ()
+    breaks: tuple[int, ...] = ()
+    weak: tuple[int, ...] = ()
     drift_m: float = 0.0
     converged: bool = True
-    made: ClassVar[list[FakeOdometry]] = []
+    made: ClassVar[list[FakeEngine]] = []
 
-    def __init__(self, camera, *, along="axis", readout_s=0.0, depth_corrected=False) -> None:
-        self.camera, self.readout_s, self.depth_corrected = camera, readout_s, depth_corrected
+    def __init__(self, calibration, config) -> None:
+        self.calibration, self.config = calibration, config
         self.posed: list[int] = []
-        self.optimised = False
+        self.graph: dict | None = None
+        self.cloud = FakeCloud()
         self.made.append(self)
 
     @property
     def keyframe_count(self) -> int:
         return (len(self.posed) + 9) // 10
 
-    def push(self, depth_m, stamp_ns):
-        index = round((stamp_ns - FIRST_NS) / STEP_NS)
-        lost = index in self.lost or depth_m is None
+    def push_frame(self, frame):
+        index = round((frame.stamp_ns - FIRST_NS) / STEP_NS)
+        lost = index in self.lost or frame.depth_m is None
         status = "lost" if lost else "started" if index == 0 else "tracked"
+        if index in self.weak:
+            status = "weak"
+        pose = self._pose(index, self.drift_m)
         if not lost:
             self.posed.append(index)
+            self.cloud.add(frame.depth_m, frame.colour, pose)
         return SimpleNamespace(
             status=status,
-            reason=_reason(index, depth_m) if lost else None,
+            reason=_reason(index, frame.depth_m) if lost else None,
+            reason_code=_code(frame.depth_m) if lost else None,
             has_pose=not lost,
-            world_from_camera=self._pose(index, self.drift_m),
+            world_from_camera=pose,
             linear_m_s=np.array([0.1, 0.0, 1.2]),
             angular_rad_s=np.array([0.0, 0.6, 0.0]),
             covariance=np.eye(6) * 1e-6,
-            score=0.4,
+            quality=0.4,
+            segment=self._segment_of(index),
             timings_ms={"pyramid": 0.5, "solve": 1.5},
         )
 
-    def optimise(self, progress=None):
-        self.optimised = True
+    def finish(self, progress=None):
+        if not self.config.graph.enabled or self.keyframe_count < 2:
+            return
         if progress is not None:
             progress(self.keyframe_count, self.keyframe_count)
-        return SimpleNamespace(
-            keyframes=self.keyframe_count,
-            edges=2 * self.keyframe_count,
-            rejected=1,
-            failed=0,
-            converged=self.converged,
-            largest_change_m=self.drift_m * max(self.posed, default=0),
-        )
+        self.graph = {
+            "keyframes": self.keyframe_count,
+            "edges": 2 * self.keyframe_count,
+            "rejected": 1,
+            "failed": 0,
+            "converged": self.converged,
+            "interrupted": False,
+            "largest_change_m": self.drift_m * max(self.posed, default=0),
+        }
 
-    def trajectory(self) -> sphereflow.Trajectory:
-        poses = [self._pose(index, 0.0 if self.optimised else self.drift_m) for index in self.posed]
-        position = np.array([pose[:3, 3] for pose in poses])
-        half = 0.01 * np.array(self.posed)
+    @property
+    def report(self):
+        segments = []
+        for index in range(len(self.breaks) + 1):
+            posed = [frame for frame in self.posed if self._segment_of(frame) == index]
+            if posed:
+                ends = stamps(max(posed) + 1)[[posed[0], posed[-1]]].tolist()
+                entry = {"index": index, "first_stamp_ns": ends[0], "last_stamp_ns": ends[1]}
+                segments.append(entry | {"frames": len(posed)})
+        return {
+            "graph": self.graph,
+            "segments": segments,
+            "coverage_weak": len(self.weak) / max(len(self.posed), 1),
+            "keyframes": self.keyframe_count,
+            "world": "first-camera",
+            "world_because": "made up for a test",
+        }
+
+    @property
+    def map(self):
+        return SimpleNamespace(keyframes=self._trajectory(self.posed[::10]), cloud=self.cloud)
+
+    def growing_cloud(self):
+        return self.cloud
+
+    def write_graph(self, path) -> None:
+        path.write_text("")
+
+    def trajectory(self, kind="final") -> sphereflow.Trajectory:
+        return self._trajectory(self.posed)
+
+    def segment(self, index) -> sphereflow.Trajectory:
+        return self._trajectory([i for i in self.posed if self._segment_of(i) == index])
+
+    def _segment_of(self, index: int) -> int:
+        return sum(index >= start for start in self.breaks)
+
+    def _trajectory(self, frames) -> sphereflow.Trajectory:
+        drift_m = self.drift_m if self.graph is None else 0.0
+        poses = [self._pose(index, drift_m) for index in frames]
+        position = np.array([pose[:3, 3] for pose in poses]).reshape(-1, 3)
+        half = 0.01 * np.array(frames, dtype=float)
         quats = np.stack([0 * half, np.sin(half), 0 * half, np.cos(half)], axis=1)
-        return sphereflow.Trajectory(stamps(max(self.posed) + 1)[self.posed], position, quats)
+        return sphereflow.Trajectory(stamps(max(frames, default=0) + 1)[frames], position, quats)
 
     def _pose(self, index: int, drift_m: float) -> np.ndarray:
         pose = np.linalg.inv(true_pose(0)) @ true_pose(index)
         pose[1, 3] += drift_m * index
         return pose
+
+
+def _code(depth_m):
+    return "no_depth" if depth_m is None else "few_domains"
 
 
 def _reason(index, depth_m):
@@ -181,11 +229,11 @@ def _reason(index, depth_m):
 
 
 class FakeCloud:
-    def __init__(self, voxel_m: float) -> None:
+    def __init__(self) -> None:
         self.positions: list[np.ndarray] = []
         self.colours: list[np.ndarray] = []
 
-    def add(self, depth_m, colour, camera, world_from_camera, *, along="axis") -> None:
+    def add(self, depth_m, colour, world_from_camera) -> None:
         rows, columns = np.nonzero(np.isfinite(depth_m))
         z = depth_m[rows, columns]
         points = np.stack([(columns - 15.5) / 30.0 * z, (rows - 11.5) / 30.0 * z, z], axis=1)

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 import sphereflow
+from sphereflow.calibration import calibrate_depth, calibrate_rolling_shutter
 from sphereflow.cli import app
-from sphereflow.self_calibration import calibrate_depth, calibrate_rolling_shutter
 from typer.testing import CliRunner
 
 READOUT_S = 0.03

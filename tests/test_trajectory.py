@@ -64,3 +64,83 @@ def test_associate_pairs_nearest_within_the_limit() -> None:
     np.testing.assert_array_equal(pairs, [[0, 0], [2, 1]])
     with pytest.raises(sf.ValueRangeError, match="max_difference_s"):
         sf.associate([0], [0], -1.0)
+
+
+def test_trajectory_of_its_own_matrices_is_the_same() -> None:
+    trajectory = sample()
+    matrices = trajectory.world_from_camera
+    assert matrices.shape == (50, 4, 4)
+    again = sf.Trajectory.from_matrices(trajectory.stamp_ns, matrices)
+    # 1e-12: a rotation goes through a matrix and back
+    np.testing.assert_allclose(again.world_from_camera, matrices, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(matrices[:, :3, 3], trajectory.position_m)
+
+
+def test_trajectory_of_a_matrix_that_is_no_pose_names_its_index() -> None:
+    matrices = np.tile(np.eye(4), (3, 1, 1))
+    matrices[2, 0, 0] = 5.0
+    with pytest.raises(sf.ValueRangeError, match=r"world_from_camera\[2\]"):
+        sf.Trajectory.from_matrices([0, 1, 2], matrices)
+    with pytest.raises(sf.ShapeError, match="world_from_camera"):
+        sf.Trajectory.from_matrices([0, 1], matrices)
+
+
+def test_trajectory_indices_slices_and_masks_select() -> None:
+    trajectory = sample(10)
+    stamp_ns, pose = trajectory[-1]
+    assert stamp_ns == trajectory.stamp_ns[-1]
+    np.testing.assert_array_equal(pose, trajectory.world_from_camera[-1])
+    assert trajectory[2:8:3] == sf.Trajectory(
+        trajectory.stamp_ns[2:8:3], trajectory.position_m[2:8:3], trajectory.quat_xyzw[2:8:3]
+    )
+    mask = np.arange(10) % 2 == 0
+    np.testing.assert_array_equal(trajectory[mask].stamp_ns, trajectory.stamp_ns[mask])
+    np.testing.assert_array_equal(trajectory[[0, 3]].stamp_ns, trajectory.stamp_ns[[0, 3]])
+    assert [stamp for stamp, _ in trajectory] == trajectory.stamp_ns.tolist()
+
+
+@pytest.mark.parametrize(
+    ("key", "error"),
+    [
+        (10, IndexError),
+        (slice(None, None, -1), sf.TimeOrderError),
+        ([3, 0], sf.TimeOrderError),
+        (np.ones(9, bool), sf.ShapeError),
+        ("first", sf.DtypeError),
+        (0.5, sf.DtypeError),
+    ],
+)
+def test_trajectory_key_that_selects_nothing_sensible_raises(
+    key: object, error: type[Exception]
+) -> None:
+    with pytest.raises(error):
+        sample(10)[key]
+
+
+def test_trajectory_parts_put_together_are_the_whole() -> None:
+    trajectory = sample()
+    assert trajectory[:20] + trajectory[20:] == trajectory
+    assert trajectory[:20].concatenated(trajectory[20:]) == trajectory
+    assert trajectory[:20] != trajectory[:21]
+    with pytest.raises(sf.TimeOrderError):
+        trajectory[20:] + trajectory[:20]
+    with pytest.raises(TypeError):
+        trajectory + 1
+
+
+def test_trajectory_length_is_the_way_and_not_the_distance() -> None:
+    there_and_back = sf.Trajectory(
+        [0, 1, 2], [[0, 0, 0], [3, 4, 0], [0, 0, 0]], [[0, 0, 0, 1.0]] * 3
+    )
+    assert there_and_back.length_m == 10.0
+    assert there_and_back[:0].length_m == 0.0
+
+
+def test_trajectory_transformed_multiplies_on_both_sides() -> None:
+    trajectory = sample(5)
+    left, right = sample(2, seed=8).world_from_camera
+    moved = trajectory.transformed(left, camera_from_body=right)
+    expected = left @ trajectory.world_from_camera @ right
+    # 1e-12: quaternions instead of matrices
+    np.testing.assert_allclose(moved.world_from_camera, expected, rtol=0, atol=1e-12)
+    assert trajectory.transformed() == trajectory

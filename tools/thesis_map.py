@@ -1,7 +1,9 @@
 """Builds THESIS.md from the tags in the sources: equation, where it is done, what shows it.
 
 python tools/thesis_map.py            write THESIS.md
-python tools/thesis_map.py --check    fail where it is stale, or a tag or a test is missing
+python tools/thesis_map.py --check    fail where it is stale, or a tag, test or equation is missing
+
+A page is stale where a file, an item or a number changed; lines that moved alone do not count.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+import tomllib
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
@@ -16,7 +19,11 @@ from pathlib import Path
 from thesis_index import EXISTING
 from thesis_tags import EmptyTag, Role, Tag, scan
 
+Without = Sequence[tuple[str, list[str]]]
+
 PAGE = "THESIS.md"
+WITHOUT = "tools/thesis_without.toml"
+LINE = re.compile(r"#L\d+")
 TITLES = {
     "eq.": "Equations",
     "section": "Sections",
@@ -32,7 +39,10 @@ TITLES = {
 HEAD = """# Where the thesis is in the code
 
 Made by `python tools/thesis_map.py` from the comments that name what they implement or show.
-Equations that are printed wrong are followed in their corrected form; the comment there says so.
+Equations that are printed wrong are followed in their corrected form
+([docs/errata.md](docs/errata.md)). What it claims in numbers, and what was measured here, is in
+[docs/claims.md](docs/claims.md).
+"By test only" means that no line of the product does it, and that a test holds it.
 """
 
 
@@ -54,7 +64,7 @@ def problems(tags: Sequence[Tag], empty: Sequence[EmptyTag]) -> list[str]:
     return found
 
 
-def page(tags: Sequence[Tag]) -> str:
+def page(tags: Sequence[Tag], without: Without = ()) -> str:
     """The text of THESIS.md."""
     parts = [HEAD]
     for kind, group in groupby(in_order(tags), key=lambda tag: tag.kind):
@@ -62,22 +72,61 @@ def page(tags: Sequence[Tag]) -> str:
         parts.append("| thesis | implemented | shown by |\n| --- | --- | --- |\n")
         for number, members in groupby(group, key=lambda tag: tag.number):
             rows = list(members)
-            code = places(rows, ("code", "other"))
-            parts.append(f"| {shown(kind, number)} | {code} | {places(rows, ('test',))} |\n")
+            code = places(rows, ("code",)) or places(rows, ("other",))
+            test = places(rows, ("test",))
+            parts.append(f"| {shown(kind, number)} | {code or 'by test only'} | {test or '-'} |\n")
+    if without:
+        parts.append("\n## Equations without a row\n\n| thesis | why |\n| --- | --- |\n")
+        for reason, group in without:
+            parts.append(f"| {', '.join(shown('eq.', n) for n in group)} | {reason} |\n")
     return "".join(parts)
 
 
+def read_without(root: Path) -> list[tuple[str, list[str]]]:
+    """Reasons, and the equations that have no tag for each of them."""
+    path = root / WITHOUT
+    if not path.is_file():
+        return []
+    groups = tomllib.loads(path.read_text(encoding="utf-8")).values()
+    return [(group["reason"], list(group["equations"])) for group in groups]
+
+
+def accounted(tags: Sequence[Tag], without: Without) -> tuple[int, list[str]]:
+    """How many equations have a row or a reason, and what is wrong with the rest."""
+    tagged = {tag.number for tag in tags if tag.kind == "eq."}
+    listed = [number for _, group in without for number in group]
+    found = [
+        f"{WITHOUT}: eq. ({number}) {why}"
+        for number in listed
+        for why, wrong in (
+            ("is no equation of the thesis", number not in EXISTING["eq."]),
+            ("has a tag: take it off the list", number in tagged),
+            ("is listed twice", listed.count(number) > 1),
+        )
+        if wrong
+    ]
+    missing = EXISTING["eq."] - tagged - set(listed)
+    found += [
+        f"{WITHOUT}: eq. ({number}) has neither a tag nor a reason"
+        for number in sorted(missing, key=number_key)
+    ]
+    return len(EXISTING["eq."]) - len(missing), found
+
+
 def places(tags: Sequence[Tag], roles: tuple[Role, ...]) -> str:
-    """Files and items, sorted, as the text of a table's cell; no line numbers: they go stale."""
-    items: dict[str, set[str]] = {}
+    """Files and items with their lines, sorted, as the text of a table's cell; empty where none."""
+    items: dict[str, dict[str, int]] = {}
     for tag in tags:
         if tag.role in roles:
-            items.setdefault(tag.path, set()).add(tag.item)
+            lines = items.setdefault(tag.path, {})
+            lines[tag.item] = min(tag.line, lines.get(tag.item, tag.line))
     cells = []
     for path in sorted(items):
-        names = ", ".join(f"`{name}`" for name in sorted(items[path]) if name)
-        cells.append(f"[{path}]({path})" + (f" {names}" if names else ""))
-    return "<br>".join(cells).replace("|", "\\|") or "-"
+        names = items[path]
+        cell = f"[{path}]({path}#L{min(names.values())})"
+        linked = ", ".join(f"[`{name}`]({path}#L{names[name]})" for name in sorted(names) if name)
+        cells.append(cell + (f" {linked}" if linked else ""))
+    return "<br>".join(cells).replace("|", "\\|")
 
 
 def in_order(tags: Sequence[Tag]) -> list[Tag]:
@@ -111,10 +160,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     tags, empty = scan(options.root)
     found = problems(tags, empty)
     target = options.root / PAGE
+    without = read_without(options.root)
+    if without:  # a small tree may do without
+        count, unaccounted = accounted(tags, without)
+        found += unaccounted
+        print(f"{count} of {len(EXISTING['eq.'])} equations accounted for")
     # What does not exist is a problem, not a row.
-    text = page([tag for tag in tags if tag.number in EXISTING[tag.kind]])
+    text = page([tag for tag in tags if tag.number in EXISTING[tag.kind]], without)
     if options.check:
-        if not target.is_file() or target.read_text(encoding="utf-8") != text:
+        written = target.read_text(encoding="utf-8") if target.is_file() else ""
+        if LINE.sub("", written) != LINE.sub("", text):
             found.append(f"{PAGE} is stale: run python tools/thesis_map.py")
     else:
         target.write_text(text, encoding="utf-8")

@@ -14,7 +14,15 @@ FOLDERS = ("crates", "python", "tests", "benches", "examples")
 SUFFIXES = (".rs", ".py")
 SKIPPED = frozenset({"target", "__pycache__", ".venv"})
 
-TAG = re.compile(r"(?://[/!]?|#|^)\s*Thesis:\s*(?P<text>.*)")
+# Anywhere in a Rust comment; in Python anywhere: comments and docstrings.
+TAG = re.compile(r"\bThesis:\s*(?P<text>.*?)(?=\bThesis:|$)")
+RUST_COMMENT = re.compile(r"//.*$")
+# A tag that breaks off here goes on in the next line of the comment.
+BROKEN_OFF = re.compile(
+    r"(?:,|\b(?:and|or|to|eqs?\.|[Ee]quations?|[Ss]ections?|[Cc]hapters?|[Aa]ppendix"
+    r"|Theorems?|Propositions?|Remarks?|Tables?|Figures?|Figs?\.))\s*$"
+)
+CONTINUED = re.compile(r"^\s*(?://[/!]?|#)?\s*(?P<text>[^/#\s].*)$")
 SEPARATOR = r"\s*(?:,\s*and|,|and|or|to|-|–)\s*"
 DOTTED = r"(?:\d+|[A-Z])(?:\.\d+)+"
 WHOLE = r"\d+\b(?!\.\d)"
@@ -101,17 +109,29 @@ def tags_of_file(path: Path, name: str) -> Iterator[Tag | EmptyTag]:
     """Tags of one file, whose name in the tree is ``name``."""
     lines = path.read_text(encoding="utf-8").splitlines()
     rust = path.suffix == ".rs"
-    for index, line in enumerate(lines):
-        match = TAG.search(line)
-        if match is None:
-            continue
-        cited = list(citations(match["text"]))
-        if not cited:
-            yield EmptyTag(name, index + 1, match["text"])
-        item = item_at(lines, index, rust=rust)
-        role = role_of(name, lines, index, rust=rust)
-        for kind, number in cited:
-            yield Tag(kind, number, role, name, item, index + 1)
+    for index in range(len(lines)):
+        for text in texts(lines, index, rust=rust):
+            cited = list(citations(text))
+            if not cited:
+                yield EmptyTag(name, index + 1, text)
+            item = item_at(lines, index, rust=rust)
+            role = role_of(name, lines, index, rust=rust)
+            for kind, number in cited:
+                yield Tag(kind, number, role, name, item, index + 1)
+
+
+def texts(lines: list[str], index: int, *, rust: bool) -> Iterator[str]:
+    """What each tag of one line says, with the next line where it breaks off."""
+    line = lines[index]
+    if rust:
+        comment = RUST_COMMENT.search(line)
+        line = comment[0] if comment else ""
+    for match in TAG.finditer(line):
+        text = match["text"]
+        if match.end() == len(line) and BROKEN_OFF.search(text) and index + 1 < len(lines):
+            below = CONTINUED.match(lines[index + 1])
+            text += f" {below['text']}" if below else ""
+        yield text
 
 
 def citations(text: str) -> Iterator[tuple[str, str]]:

@@ -3,7 +3,7 @@
 use crate::Fallible;
 use nalgebra::Vector3;
 use sphereflow_core::Pose;
-use sphereflow_flow::{PoseNoise, VelocityNoise};
+use sphereflow_depth::{PoseNoise, VelocityNoise};
 use sphereflow_sim::scene::{Block, Primitive, Texture};
 use sphereflow_sim::{Motion, Scene, SimConfig};
 use sphereflow_sphere::Camera;

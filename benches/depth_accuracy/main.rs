@@ -4,9 +4,12 @@
 //!
 //! Thesis: section 4.1.1. Every case at 640x480 (or 1024x512 for the whole sphere), 60 Hz, 4 s, the
 //! same settings for all. `RAYON_NUM_THREADS=1` for times of one thread. `--hand-held` (a seed,
-//! or the first and last of some: `41-64`) lets the camera move otherwise in every case, with noise of the same seed unless
-//! one is given, and sums up what several motions gave; `--furniture` (likewise) furnishes the rooms otherwise; `--maps` draws where errors are,
-//! and tells what share of them lies how far from the scene's depth edges, from 2 s on or from where `--maps-from` says.
+//! or the first and last of some: `41-64`) lets the camera move otherwise in every case, with
+//! noise of the same seed unless
+//! one is given, and sums up what several motions gave; `--furniture` (likewise) furnishes the
+//! rooms otherwise; `--maps` draws where errors are,
+//! and tells what share of them lies how far from the scene's depth edges, from 2 s on or from
+//! where `--maps-from` says.
 
 mod cases;
 mod figures;
@@ -20,7 +23,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use sphereflow_core::{Plane, Pose, Stamp};
-use sphereflow_flow::{
+use sphereflow_depth::{
     Brightness, DepthFilter, DepthFilterConfig, DepthStep, PoseNoise, VelocityNoise,
 };
 use sphereflow_sim::{Motion, Renderer};

@@ -8,10 +8,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use sphereflow_core::{Plane, Twist};
-use sphereflow_flow::{
-    DataTerm, DepthObserver, FlowField, FlowObserver, ObserverConfig, PixelRays, SobolevConfig,
-    SobolevDepth, TvDepth, TvDepthConfig, TvL1Config, TvL1Flow, tv_l1,
+use sphereflow_depth::{
+    DataTerm, DepthObserver, FlowObserver, ObserverConfig, PixelRays, SobolevConfig, SobolevDepth,
+    TvDepth, TvDepthConfig,
 };
+use sphereflow_flow::{FlowField, TvL1Config, TvL1Flow, tv_l1};
 use sphereflow_sim::{Motion, Renderer, Scene, SimConfig};
 use std::fmt::Write as _;
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import sphereflow as sf
+from drawing import save
 
 
 def main(out: Path) -> None:
@@ -36,8 +37,7 @@ def main(out: Path) -> None:
     axes[2].set(title="map and path from above", xlabel="x (m)", ylabel="z (m)", aspect="equal")
     for picture in axes[:2]:
         picture.set_axis_off()
-    figure.savefig(out / "demo.png", dpi=75)
-    plt.close(figure)
+    save(figure, out / "demo.png", dpi=75)
     print(f"demo: ATE {result.ape.statistics.rmse:.4f} m over {len(path)} poses")
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import sphereflow as sf
+from drawing import save
 from sequence_411 import camera, error_percent, frames
 
 
@@ -50,5 +51,4 @@ def main(out: Path) -> None:
     above.set(ylabel="E (%)", ylim=(0, 2), title="Depth filter, 640x480, 60 Hz")
     above.legend()
     below.set(ylabel="error / deviation (rms)", xlabel="time (s)", ylim=(0, 5))
-    figure.savefig(out / "depth_filter.png", dpi=100)
-    plt.close(figure)
+    save(figure, out / "depth_filter.png", dpi=100)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import sphereflow as sf
+from drawing import save
 from sequence_411 import RATE_HZ, Frame, camera, error_percent, frames, smoothed
 
 DURATION_S = 4.0
@@ -154,8 +155,7 @@ def draw(
     handles, labels = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), fontsize=9)
     figure.supxlabel(f"room of section 4.1.1, {size} pixels, {RATE_HZ:.0f} Hz", fontsize=9)
-    figure.savefig(out / f"{name}.png", dpi=100)
-    plt.close(figure)
+    save(figure, out / f"{name}.png", dpi=100)
 
 
 def main(out: Path, full: bool = False) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import sphereflow as sf
+from drawing import save
 
 WIDTH, HEIGHT = 640, 480
 
@@ -69,5 +70,4 @@ def main(out: Path) -> None:
                 ylabel="row (px)",
             )
             figure.colorbar(image, label="relative difference (%)")
-            figure.savefig(out / "figure_2_1.png", dpi=120)
-            plt.close(figure)
+            save(figure, out / "figure_2_1.png", dpi=120)

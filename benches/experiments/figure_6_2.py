@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import sphereflow as sf
+from drawing import save
 
 WIDTH, HEIGHT, FOCAL = 640, 480, 525.0
 RATE_HZ = 30.0
@@ -130,5 +131,4 @@ def draw(
         "Velocity from pairs of depth images, furnished room, noise of a Kinect, 30 Hz"
     )
     axes[2].set_xlabel("time (s)")
-    figure.savefig(path, dpi=100)
-    plt.close(figure)
+    save(figure, path, dpi=100)

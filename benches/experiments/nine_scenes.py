@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import sphereflow as sf
+from drawing import save
 
 Caster = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -139,5 +140,4 @@ def main(out: Path) -> None:
         title="What one range image lets see of the six velocities (Theorem 3)",
     )
     axes.legend(loc="lower right", fontsize="small")
-    figure.savefig(out / "nine_scenes.png", dpi=100)
-    plt.close(figure)
+    save(figure, out / "nine_scenes.png", dpi=100)

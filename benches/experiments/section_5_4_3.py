@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import sphereflow as sf
+from drawing import save
 from sphereflow.observers import VelocityBiasEstimator
 
 WIDTH, HEIGHT, RATE_HZ, SECONDS = 160, 120, 42.0, 20.0
@@ -122,5 +123,4 @@ def main(out: Path) -> None:
                 axes.legend()
                 axes.grid(visible=True, alpha=0.3)
             figure.suptitle(f"Error of the {what} bias, {title}; true biases 2.5 m/s, 0.05 rad/s")
-            figure.savefig(out / f"figure_{numbers[column]}.png", dpi=110)
-            plt.close(figure)
+            save(figure, out / f"figure_{numbers[column]}.png", dpi=110)

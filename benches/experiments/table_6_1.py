@@ -9,6 +9,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from drawing import save
+
 ROOT = Path(__file__).resolve().parents[2]
 BENCH = ["cargo", "bench", "-q", "-p", "sphereflow-benches", "--bench", "thesis", "--", "--quick"]
 HEAD = "| domains | Table 6.1 (2011) ms | forward ms | trapezoid ms |"
@@ -59,5 +61,4 @@ def draw(path: Path, table: list[tuple[float, ...]]) -> None:
     axes.minorticks_off()
     axes.grid(alpha=0.3)
     axes.legend()
-    figure.savefig(path, dpi=100)
-    plt.close(figure)
+    save(figure, path, dpi=100)

@@ -16,7 +16,7 @@ Units are SI, stamps integer nanoseconds, quaternions x, y, z, w, camera axes x 
 z forward; see CONVENTIONS.md.
 """
 
-from typing import TYPE_CHECKING, Any
+import typing as _typing
 
 from sphereflow import (
     attitude,
@@ -33,7 +33,15 @@ from sphereflow import (
     solver,
     sphere,
 )
-from sphereflow._native import Camera, SphereGrid, Trajectory, __version__, associate
+from sphereflow._native import (
+    Calibration,
+    Camera,
+    SphereGrid,
+    Trajectory,
+    Update,
+    __version__,
+    associate,
+)
 from sphereflow.errors import (
     DataError,
     DtypeError,
@@ -46,25 +54,35 @@ from sphereflow.errors import (
     ValueRangeError,
 )
 
-if TYPE_CHECKING:
+if _typing.TYPE_CHECKING:
+    from sphereflow import calibration, config
+    from sphereflow.engine import Engine, ImuBatch, MagSample, RgbdFrame
     from sphereflow.pipeline import run
 
 __all__ = [
+    "Calibration",
     "Camera",
     "DataError",
     "DtypeError",
+    "Engine",
     "FileAccessError",
+    "ImuBatch",
+    "MagSample",
     "MissingExtraError",
     "MissingFileError",
+    "RgbdFrame",
     "ShapeError",
     "SphereGrid",
     "SphereflowError",
     "TimeOrderError",
     "Trajectory",
+    "Update",
     "ValueRangeError",
     "__version__",
     "associate",
     "attitude",
+    "calibration",
+    "config",
     "depth",
     "errors",
     "eval",
@@ -81,10 +99,30 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Import the pipeline only when it is used: `import sphereflow` stays quick."""
-    if name == "run":
-        from sphereflow.pipeline import run
+_LATE = {
+    "Engine": "sphereflow.engine",
+    "ImuBatch": "sphereflow.engine",
+    "MagSample": "sphereflow.engine",
+    "RgbdFrame": "sphereflow.engine",
+    "calibration": "",
+    "config": "",
+    "run": "sphereflow.pipeline",
+}
+"""What is imported only when it is used, and from where: `import sphereflow` stays quick."""
 
-        return run
-    raise AttributeError(f"module 'sphereflow' has no attribute {name!r}")
+
+def __getattr__(name: str) -> _typing.Any:
+    """Import what is late."""
+    if name not in _LATE:
+        raise AttributeError(f"module 'sphereflow' has no attribute {name!r}")
+    import importlib
+
+    home = _LATE[name]
+    if not home:
+        return importlib.import_module(f"sphereflow.{name}")
+    return getattr(importlib.import_module(home), name)
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return sorted(__all__)

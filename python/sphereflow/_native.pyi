@@ -1,12 +1,34 @@
 """Types of the compiled half of sphereflow. Private: import `sphereflow`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, final
+from typing import Any, Literal, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
+
+from sphereflow.config import (
+    AlignmentConfig,
+    AttitudeConfig,
+    DepthFilterConfig,
+    DepthObserverConfig,
+    EngineConfig,
+    FlowObserverConfig,
+    HornSchunckConfig,
+    ImuBiasConfig,
+    NavigationConfig,
+    OdometryConfig,
+    RangeFlowConfig,
+    RofConfig,
+    SelfCalibrationConfig,
+    SobolevConfig,
+    ThesisConfig,
+    TvDepthConfig,
+    TvL1Config,
+    VelocityBiasConfig,
+)
 
 __version__: str
 __all__ = [
@@ -14,11 +36,13 @@ __all__ = [
     "AttitudeRun",
     "AttitudeState",
     "BundleProblem",
+    "Calibration",
     "Camera",
     "DepthFilter",
     "DepthObserver",
     "DepthOdometry",
     "DepthResult",
+    "Engine",
     "FlowObserver",
     "Frame",
     "FrameIterator",
@@ -32,7 +56,6 @@ __all__ = [
     "NavigationFilter",
     "NavigationState",
     "OdometryResult",
-    "OptimiseReport",
     "PoseGraph",
     "PositionObserver",
     "RangeFlow",
@@ -47,6 +70,7 @@ __all__ = [
     "SolverResult",
     "SphereGrid",
     "Trajectory",
+    "Update",
     "VariationalDepth",
     "VelocityBiasEstimator",
     "VelocityBiasState",
@@ -54,6 +78,10 @@ __all__ = [
     "VisualAttitude",
     "VoxelCloud",
     "__version__",
+    "_check_config",
+    "_default_config",
+    "_reason_codes",
+    "_restore",
     "associate",
     "calibrate_camera_imu",
     "calibrate_imu_still",
@@ -68,8 +96,13 @@ __all__ = [
     "tv_l1_depth",
 ]
 
+def _default_config(name: str) -> dict[str, Any]: ...
+def _check_config(name: str, values: Mapping[str, Any]) -> None: ...
+def _reason_codes() -> dict[str, dict[str, list[str]]]: ...
+def _restore(class_: str, state: Any) -> Any: ...
+
 _Floats = NDArray[np.float64]
-_Status = Literal["started", "tracked", "weak", "lost", "skipped"]
+_Status = Literal["started", "tracked", "weak", "coasting", "lost", "relocalised", "skipped"]
 _Along = Literal["axis", "ray"]
 _Method = Literal["pyramid", "single"]
 _Loss = Literal["quadratic", "huber", "cauchy", "tukey"]
@@ -90,6 +123,10 @@ class AttitudeState:
     @property
     def reason(self) -> str | None: ...
     @property
+    def reason_code(self) -> str | None: ...
+    @property
+    def reason_values(self) -> dict[str, float | int | str]: ...
+    @property
     def at_rest(self) -> bool: ...
     @property
     def mag_disturbed(self) -> bool: ...
@@ -105,6 +142,8 @@ class AttitudeRun:
     @property
     def reason(self) -> list[str | None]: ...
     @property
+    def reason_code(self) -> list[str | None]: ...
+    @property
     def at_rest(self) -> NDArray[np.bool_]: ...
     @property
     def mag_disturbed(self) -> NDArray[np.bool_]: ...
@@ -114,16 +153,17 @@ class AttitudeRun:
 class AttitudeFilter:
     def __new__(
         cls,
-        method: Literal["inertial", "invariant"] = "inertial",
+        method: Literal["inertial", "invariant"] | None = None,
         *,
-        world: Literal["enu", "rdf"] = "enu",
-        tau_accel_s: float = 3.0,
-        tau_mag_s: float = 9.0,
-        motion_bias: bool = True,
-        rest_bias: bool = True,
-        reject_disturbance: bool = True,
+        config: AttitudeConfig | None = None,
+        world: Literal["enu", "rdf"] | None = None,
+        tau_accel_s: float | None = None,
+        tau_mag_s: float | None = None,
+        motion_bias: bool | None = None,
+        rest_bias: bool | None = None,
+        reject_disturbance: bool | None = None,
         gyro_limit_rad_s: float | None = None,
-        max_gap_s: float = 0.5,
+        max_gap_s: float | None = None,
     ) -> AttitudeFilter: ...
     def step(
         self,
@@ -282,8 +322,32 @@ class Trajectory:
         path: _Path, *, format: _TrajectoryFormat | None = None
     ) -> tuple[Trajectory, list[str]]: ...
     def write(self, path: _Path, *, format: _TrajectoryFormat | None = None) -> None: ...
+    @staticmethod
+    def from_matrices(stamp_ns: ArrayLike, world_from_camera: ArrayLike) -> Trajectory: ...
     @property
     def stamp_ns(self) -> NDArray[np.int64]: ...
+    @property
+    def world_from_camera(self) -> _Floats: ...
+    @property
+    def length_m(self) -> float: ...
+    def concatenated(self, other: Trajectory) -> Trajectory: ...
+    def transformed(
+        self,
+        other_from_world: ArrayLike | None = None,
+        *,
+        camera_from_body: ArrayLike | None = None,
+    ) -> Trajectory: ...
+    def __add__(self, other: Trajectory, /) -> Trajectory: ...
+    def __radd__(self, other: Trajectory, /) -> Trajectory: ...
+    @overload
+    def __getitem__(self, key: int | np.signedinteger, /) -> tuple[int, _Floats]: ...
+    @overload
+    def __getitem__(
+        self, key: slice | Sequence[int] | Sequence[bool] | NDArray[np.integer | np.bool_], /
+    ) -> Trajectory: ...
+    def __iter__(self) -> Iterator[tuple[int, _Floats]]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
     @property
     def position_m(self) -> _Floats: ...
     @property
@@ -301,6 +365,10 @@ class VelocityEstimate:
     def status(self) -> _Status: ...
     @property
     def reason(self) -> str | None: ...
+    @property
+    def reason_code(self) -> str | None: ...
+    @property
+    def reason_values(self) -> dict[str, float | int | str]: ...
     @property
     def linear_m_s(self) -> _Floats: ...
     @property
@@ -332,7 +400,8 @@ def estimate_velocity(
     depth1_m: ArrayLike,
     dt_s: float,
     *,
-    method: Literal["pyramid", "single", "thesis"] = "pyramid",
+    config: AlignmentConfig | ThesisConfig | None = None,
+    method: Literal["pyramid", "single", "thesis"] | None = None,
     along: _Along = "axis",
     domains: int | None = None,
     gyro_rad_s: ArrayLike | None = None,
@@ -343,23 +412,8 @@ def estimate_velocity(
     image1: ArrayLike | None = None,
     brightness_weight: float | None = None,
     max_std_m: float | None = None,
-    noise: Literal["disparity", "time_of_flight"] = "disparity",
+    noise: Literal["disparity", "time_of_flight"] | None = None,
 ) -> VelocityEstimate: ...
-
-@final
-class OptimiseReport:
-    @property
-    def keyframes(self) -> int: ...
-    @property
-    def edges(self) -> int: ...
-    @property
-    def rejected(self) -> int: ...
-    @property
-    def failed(self) -> int: ...
-    @property
-    def converged(self) -> bool: ...
-    @property
-    def largest_change_m(self) -> float: ...
 
 @final
 class Information:
@@ -399,6 +453,10 @@ class OdometryResult:
     @property
     def reason(self) -> str | None: ...
     @property
+    def reason_code(self) -> str | None: ...
+    @property
+    def reason_values(self) -> dict[str, float | int | str]: ...
+    @property
     def has_pose(self) -> bool: ...
     @property
     def world_from_camera(self) -> _Floats: ...
@@ -425,14 +483,15 @@ class DepthOdometry:
         cls,
         camera: Camera,
         *,
-        method: _Method = "pyramid",
+        config: OdometryConfig | None = None,
+        method: _Method | None = None,
         along: _Along = "axis",
         domains: int | None = None,
         max_std_m: float | None = None,
-        keyframes: bool = True,
-        readout_s: float = 0.0,
+        keyframes: bool | None = None,
+        readout_s: float | None = None,
         depth_corrected: bool = False,
-        noise: Literal["disparity", "time_of_flight"] = "disparity",
+        noise: Literal["disparity", "time_of_flight"] | None = None,
     ) -> DepthOdometry: ...
     @property
     def camera(self) -> Camera: ...
@@ -446,13 +505,16 @@ class DepthOdometry:
         gyro_rad_s: ArrayLike | None = None,
         gyro_std_rad_s: float = 3e-3,
     ) -> OdometryResult: ...
-    def optimise(self, progress: Callable[[int, int], object] | None = None) -> OptimiseReport: ...
-    def trajectory(self) -> Trajectory: ...
 
 @final
 class RangeFlow:
     def __new__(
-        cls, camera: Camera, *, levels: Sequence[int] = (16, 8, 4), along: _Along = "axis"
+        cls,
+        camera: Camera,
+        *,
+        config: RangeFlowConfig | None = None,
+        levels: Sequence[int] | None = None,
+        along: _Along = "axis",
     ) -> RangeFlow: ...
     @property
     def camera(self) -> Camera: ...
@@ -473,6 +535,10 @@ class SelfCalibration:
     def status(self) -> Literal["calibrated", "not observable", "no improvement"]: ...
     @property
     def reason(self) -> str | None: ...
+    @property
+    def reason_code(self) -> str | None: ...
+    @property
+    def reason_values(self) -> dict[str, float | int | str]: ...
     @property
     def camera(self) -> Camera: ...
     @property
@@ -509,10 +575,11 @@ class SelfCalibrator:
         cls,
         camera: Camera,
         *,
-        lens: bool = True,
-        field: bool = True,
-        readout: bool = True,
-        readout_s: float = 0.0,
+        config: SelfCalibrationConfig | None = None,
+        lens: bool | None = None,
+        field: bool | None = None,
+        readout: bool | None = None,
+        readout_s: float | None = None,
         max_pairs: int | None = None,
     ) -> SelfCalibrator: ...
     def push(self, depth_m: ArrayLike, stamp_ns: int) -> OdometryResult: ...
@@ -529,6 +596,122 @@ class Frame:
     def depth_m(self) -> NDArray[np.float32] | None: ...
     @property
     def range_m(self) -> NDArray[np.float32] | None: ...
+
+@final
+class Calibration:
+    def __new__(
+        cls,
+        depth: Camera,
+        *,
+        colour: Camera | None = None,
+        colour_from_depth: ArrayLike | None = None,
+        camera_from_imu: ArrayLike | None = None,
+        depth_field: Mapping[str, Mapping[str, float]] | None = None,
+        readout_s: float | None = None,
+        colour_offset_s: float | None = None,
+        imu_offset_s: float | None = None,
+        deviations: Mapping[str, float] | None = None,
+        depth_scale: float = 1000.0,
+    ) -> Calibration: ...
+    @staticmethod
+    def read(path: _Path) -> Calibration: ...
+    def write(self, path: _Path) -> None: ...
+    def to_toml(self) -> str: ...
+    @staticmethod
+    def from_toml(text: str) -> Calibration: ...
+    def without_depth_field(self) -> Calibration: ...
+    def with_readout_s(self, readout_s: float) -> Calibration: ...
+    @property
+    def depth(self) -> Camera: ...
+    @property
+    def colour(self) -> Camera | None: ...
+    @property
+    def colour_from_depth(self) -> _Floats | None: ...
+    @property
+    def camera_from_imu(self) -> _Floats | None: ...
+    @property
+    def depth_field(self) -> dict[str, dict[str, float]] | None: ...
+    @property
+    def readout_s(self) -> float | None: ...
+    @property
+    def colour_offset_s(self) -> float | None: ...
+    @property
+    def imu_offset_s(self) -> float | None: ...
+    @property
+    def deviations(self) -> dict[str, float]: ...
+    @property
+    def depth_scale(self) -> float: ...
+    @property
+    def is_registered(self) -> bool: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class Update:
+    @property
+    def stamp_ns(self) -> int: ...
+    @property
+    def status(self) -> _Status: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def reason_code(self) -> str | None: ...
+    @property
+    def reason_values(self) -> dict[str, float | int | str]: ...
+    @property
+    def has_pose(self) -> bool: ...
+    @property
+    def world_from_camera(self) -> _Floats: ...
+    @property
+    def position_m(self) -> _Floats: ...
+    @property
+    def quat_xyzw(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def quality(self) -> float: ...
+    @property
+    def segment(self) -> int: ...
+    @property
+    def is_keyframe(self) -> bool: ...
+    @property
+    def epoch(self) -> int: ...
+    @property
+    def linear_m_s(self) -> _Floats: ...
+    @property
+    def angular_rad_s(self) -> _Floats: ...
+    @property
+    def timings_ms(self) -> dict[str, float]: ...
+
+@disjoint_base
+class Engine:
+    def __new__(cls, calibration: Calibration, config: EngineConfig | None = None) -> Engine: ...
+    def push_frame(
+        self,
+        stamp_ns: int,
+        *,
+        depth_m: ArrayLike | None = None,
+        range_m: ArrayLike | None = None,
+        colour: ArrayLike | None = None,
+        mask: ArrayLike | None = None,
+        colour_stamp_ns: int | None = None,
+    ) -> Update: ...
+    def push_imu(
+        self, stamp_ns: ArrayLike, gyro_rad_s: ArrayLike, accel_m_s2: ArrayLike
+    ) -> None: ...
+    def push_mag(self, stamp_ns: int, mag_ut: Sequence[float]) -> None: ...
+    def finish(
+        self, progress: Callable[[int, int], object] | None = None
+    ) -> dict[str, Any] | None: ...
+    def reset(self) -> None: ...
+    def cancel(self) -> None: ...
+    def trajectory(self, kind: Literal["final", "causal"] = "final") -> Trajectory: ...
+    def segment(self, index: int) -> Trajectory: ...
+    def keyframes(self) -> Trajectory: ...
+    def cloud(self, *, growing: bool = False) -> VoxelCloud: ...
+    def write_graph(self, path: _Path) -> None: ...
+    @property
+    def calibration(self) -> Calibration: ...
+    def report(self) -> dict[str, Any]: ...
 
 @final
 class FrameIterator:
@@ -553,6 +736,8 @@ class Recording:
     def readout_s(self) -> float | None: ...
     @property
     def depth_corrected(self) -> bool: ...
+    @property
+    def calibration(self) -> Calibration | None: ...
     @property
     def truth(self) -> Trajectory | None: ...
     @property
@@ -906,14 +1091,15 @@ class DepthFilter:
         cls,
         camera: Camera,
         *,
-        binning: int = 2,
-        lags: Sequence[int] = ...,
+        config: DepthFilterConfig | None = None,
+        binning: int | None = None,
+        lags: Sequence[int] | None = None,
         sigma_grey: float | None = None,
-        initial_range_m: float = 1.0,
-        roughness_per_m_rad: float = 0.012,
-        brightness: Literal["measured", "constant"] = "measured",
-        occlusion: bool = True,
-        keyframes: int = 24,
+        initial_range_m: float | None = None,
+        roughness_per_m_rad: float | None = None,
+        brightness: Literal["measured", "constant"] | None = None,
+        occlusion: bool | None = None,
+        keyframes: int | None = None,
     ) -> DepthFilter: ...
     @property
     def camera(self) -> Camera: ...
@@ -945,6 +1131,10 @@ class DepthResult:
     @property
     def reason(self) -> str | None: ...
     @property
+    def reason_code(self) -> str | None: ...
+    @property
+    def reason_values(self) -> dict[str, float | int | str]: ...
+    @property
     def sigma_grey(self) -> float: ...
     @property
     def fitting_share(self) -> float: ...
@@ -952,7 +1142,12 @@ class DepthResult:
 @final
 class FlowObserver:
     def __new__(
-        cls, camera: Camera, *, gain: float = 500.0, initial_range_m: float = 1.0
+        cls,
+        camera: Camera,
+        *,
+        config: FlowObserverConfig | None = None,
+        gain: float | None = None,
+        initial_range_m: float | None = None,
     ) -> FlowObserver: ...
     def step(
         self, flow: ArrayLike, *, v_m_s: ArrayLike, omega_rad_s: ArrayLike, dt_s: float
@@ -961,7 +1156,12 @@ class FlowObserver:
 @final
 class DepthObserver:
     def __new__(
-        cls, camera: Camera, *, gain: float = 30.0, initial_range_m: float = 1.0
+        cls,
+        camera: Camera,
+        *,
+        config: DepthObserverConfig | None = None,
+        gain: float | None = None,
+        initial_range_m: float | None = None,
     ) -> DepthObserver: ...
     def step(
         self, inv_range: ArrayLike, *, v_m_s: ArrayLike, omega_rad_s: ArrayLike, dt_s: float
@@ -982,27 +1182,33 @@ def horn_schunck(
     image0: ArrayLike,
     image1: ArrayLike,
     *,
-    alpha: float = 10.0,
-    solver: Literal["jacobi", "sor"] = "jacobi",
-    sweeps: int = 50,
-    aspect: float = 1.0,
+    config: HornSchunckConfig | None = None,
+    alpha: float | None = None,
+    solver: Literal["jacobi", "sor"] | None = None,
+    sweeps: int | None = None,
+    aspect: float | None = None,
     start: ArrayLike | None = None,
 ) -> NDArray[np.float32]: ...
 def tv_l1(
     image0: ArrayLike,
     image1: ArrayLike,
     *,
+    config: TvL1Config | None = None,
     weight: float | None = None,
     split: float | None = None,
-    warps: int = 5,
-    iterations: int = 20,
-    levels: int = 5,
+    warps: int | None = None,
+    iterations: int | None = None,
+    levels: int | None = None,
     presmooth_px: float | None = None,
-    median_radius: int = 1,
+    median_radius: int | None = None,
     start: ArrayLike | None = None,
 ) -> NDArray[np.float32]: ...
 def rof_denoise(
-    image: ArrayLike, *, weight: float = 0.05, iterations: int = 100
+    image: ArrayLike,
+    *,
+    config: RofConfig | None = None,
+    weight: float | None = None,
+    iterations: int | None = None,
 ) -> NDArray[np.float32]: ...
 def sobolev_depth(
     camera: Camera,
@@ -1012,8 +1218,9 @@ def sobolev_depth(
     v_m_s: ArrayLike,
     omega_rad_s: ArrayLike,
     dt_s: float,
-    alpha_m_s: float = 300.0,
-    iterations: int = 60,
+    config: SobolevConfig | None = None,
+    alpha_m_s: float | None = None,
+    iterations: int | None = None,
     start: ArrayLike | None = None,
 ) -> VariationalDepth: ...
 def tv_l1_depth(
@@ -1024,9 +1231,10 @@ def tv_l1_depth(
     v_m_s: ArrayLike,
     omega_rad_s: ArrayLike,
     dt_s: float,
-    weight: float = 0.5,
-    iterations: int = 400,
-    gap: float = 1e-3,
+    config: TvDepthConfig | None = None,
+    weight: float | None = None,
+    iterations: int | None = None,
+    gap: float | None = None,
     start: ArrayLike | None = None,
 ) -> VariationalDepth: ...
 
@@ -1046,30 +1254,35 @@ class VelocityBiasState:
     def status(self) -> _ObserverStatus: ...
     @property
     def reason(self) -> str | None: ...
+    @property
+    def reason_code(self) -> str | None: ...
+    @property
+    def reason_values(self) -> dict[str, float | int | str]: ...
 
 @final
 class VelocityBiasEstimator:
     def __new__(
         cls,
         camera: Camera,
-        method: Literal["information", "observer", "normalised"] = "information",
+        method: Literal["information", "observer", "normalised"] | None = None,
         *,
-        k_field: float = 2.0,
-        k_v: float = 1e-2,
-        k_omega: float = 1e-5,
-        lambda_y: float = 1.0,
-        lambda_d: float = 5000.0,
-        rate_per_s: float = 1.0,
-        forget_s: float = 3.0,
-        linear_sigma: float = 0.01,
-        angular_sigma: float = 1e-3,
-        linear_bias_sigma: float = 3.0,
-        angular_bias_sigma: float = 0.2,
-        max_width: int = 160,
-        readout_s: float = 0.0,
-        timing_sigma_s: float = 0.0,
-        shared_error_px: float = 1.5,
-        max_gap_s: float = 0.5,
+        config: VelocityBiasConfig | None = None,
+        k_field: float | None = None,
+        k_v: float | None = None,
+        k_omega: float | None = None,
+        lambda_y: float | None = None,
+        lambda_d: float | None = None,
+        rate_per_s: float | None = None,
+        forget_s: float | None = None,
+        linear_sigma: float | None = None,
+        angular_sigma: float | None = None,
+        linear_bias_sigma: float | None = None,
+        angular_bias_sigma: float | None = None,
+        max_width: int | None = None,
+        readout_s: float | None = None,
+        timing_sigma_s: float | None = None,
+        shared_error_px: float | None = None,
+        max_gap_s: float | None = None,
         angular_limit_rad_s: float | None = None,
     ) -> VelocityBiasEstimator: ...
     def step(
@@ -1101,6 +1314,10 @@ class ImuBiasState:
     def status(self) -> _ObserverStatus: ...
     @property
     def reason(self) -> str | None: ...
+    @property
+    def reason_code(self) -> str | None: ...
+    @property
+    def reason_values(self) -> dict[str, float | int | str]: ...
 
 @final
 class ImuBiasRun:
@@ -1118,15 +1335,18 @@ class ImuBiasRun:
     def status(self) -> list[_ObserverStatus]: ...
     @property
     def reason(self) -> list[str | None]: ...
+    @property
+    def reason_code(self) -> list[str | None]: ...
     def __len__(self) -> int: ...
 
 @final
 class ImuBiasEstimator:
     def __new__(
         cls,
-        method: Literal["ekf", "observer"] = "ekf",
+        method: Literal["ekf", "observer"] | None = None,
         *,
-        gravity_m_s2: float = 9.81,
+        config: ImuBiasConfig | None = None,
+        gravity_m_s2: float | None = None,
         field_dot_down: float | None = None,
         gyro_sigma_rad_s: float | None = None,
         accel_sigma_m_s2: float | None = None,
@@ -1190,19 +1410,24 @@ class NavigationState:
     def status(self) -> _ObserverStatus: ...
     @property
     def reason(self) -> str | None: ...
+    @property
+    def reason_code(self) -> str | None: ...
+    @property
+    def reason_values(self) -> dict[str, float | int | str]: ...
 
 @final
 class NavigationFilter:
     def __new__(
         cls,
         *,
+        config: NavigationConfig | None = None,
         gravity_m_s2: ArrayLike | None = None,
         body_from_camera: ArrayLike | None = None,
-        gyro_sigma_rad_s: float = 2.5e-3,
-        accel_sigma_m_s2: float = 0.03,
-        gyro_walk: float = 2e-5,
-        accel_walk: float = 5e-4,
-        max_delay_s: float = 0.5,
+        gyro_sigma_rad_s: float | None = None,
+        accel_sigma_m_s2: float | None = None,
+        gyro_walk: float | None = None,
+        accel_walk: float | None = None,
+        max_delay_s: float | None = None,
     ) -> NavigationFilter: ...
     def push_imu(
         self, stamp_ns: int, gyro_rad_s: ArrayLike, accel_m_s2: ArrayLike

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -113,11 +113,11 @@ class RecordingLike(Protocol):
 
 
 class MotionLike(Protocol):
-    """What an odometry says of one frame."""
+    """What the engine says of one frame."""
 
     @property
     def status(self) -> str:
-        """``started``, ``tracked``, ``weak``, ``lost`` or ``skipped``."""
+        """``started``, ``tracked``, ``weak``, ``coasting``, ``lost``, ``relocalised``, ``skipped``."""
 
     @property
     def reason(self) -> str | None:
@@ -140,8 +140,16 @@ class MotionLike(Protocol):
         """Angular velocity in the camera's frame (3,)."""
 
     @property
-    def score(self) -> float:
+    def reason_code(self) -> str | None:
+        """The same as a word that stays from version to version."""
+
+    @property
+    def quality(self) -> float:
         """How well determined the motion is, 0 to 1."""
+
+    @property
+    def segment(self) -> int:
+        """Number of the chain of measurements."""
 
     @property
     def timings_ms(self) -> Mapping[str, float]:
@@ -154,8 +162,8 @@ class ViewerLike(Protocol):
     def frame(self, index: int, frame: FrameLike, motion: MotionLike | None) -> None:
         """See one frame and what came of it."""
 
-    def cloud(self, index: int, stamp_ns: int, cloud: Any) -> None:
-        """See the map as it is now."""
+    def cloud(self, index: int, stamp_ns: int, cloud: Callable[[], Any]) -> None:
+        """See the map as it is now; ``cloud`` makes it."""
 
     def points(self, xyz_m: NDArray[np.float32], rgb: Colour) -> None:
         """See the map as it is in the end."""

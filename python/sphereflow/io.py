@@ -1,5 +1,5 @@
 """Recordings, calibration and point clouds on disk."""
 
-from sphereflow._native import Frame, Recording, open_recording
+from sphereflow._native import Frame, Recording, RecordingWriter, open_recording
 
-__all__ = ["Frame", "Recording", "open_recording"]
+__all__ = ["Frame", "Recording", "RecordingWriter", "open_recording"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,13 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sphereflow
-from sphereflow.eval.rotations import matrices_from_quat_xyzw, quat_xyzw_from_matrix
+from sphereflow.eval.rotations import quat_xyzw_from_matrix
 from sphereflow.interfaces import MotionLike
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
-NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+STATUSES = (
+    "started",
+    "tracked",
+    "weak",
+    "coasting",
+    "lost",
+    "relocalised",
+    "skipped",
+    "unreadable",
+)
+"""What can become of a frame; ``unreadable`` ones never reached the engine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,24 +36,25 @@ class Entry:
     stamp_ns: int
     status: str
     reason: str | None
+    reason_code: str | None
     world_from_camera: Array | None
     linear_m_s: Array
     angular_rad_s: Array
-    score: float
+    quality: float
 
 
 @dataclass(slots=True)
 class Journal:
-    """The frames of a run in their order; ``corrected`` has later, better poses by stamp."""
+    """The frames of a run in their order; ``final`` has their poses as the map has them in the end."""
 
     entries: list[Entry] = field(default_factory=list)
     pushed: int = 0
     with_depth: int = 0
     timings_ms: Counter[str] = field(default_factory=Counter)
-    corrected: dict[int, Array] = field(default_factory=dict)
+    final: sphereflow.Trajectory | None = None
 
     def motion(self, stamp_ns: int, motion: MotionLike, *, with_depth: bool) -> None:
-        """Note what the odometry said; a pose that it only predicted is not kept."""
+        """Note what the engine said; a pose that it only predicted is not kept."""
         self.pushed += 1
         self.with_depth += with_depth
         pose = np.array(motion.world_from_camera, dtype=np.float64) if motion.has_pose else None
@@ -56,19 +66,20 @@ class Journal:
                 stamp_ns=int(stamp_ns),
                 status=motion.status,
                 reason=motion.reason,
+                reason_code=motion.reason_code,
                 world_from_camera=pose,
                 linear_m_s=np.array(motion.linear_m_s, dtype=float) if measured else unknown,
                 angular_rad_s=np.array(motion.angular_rad_s, dtype=float) if measured else unknown,
-                score=float(motion.score) if measured else float("nan"),
+                quality=float(motion.quality) if measured else float("nan"),
             )
         )
         self.timings_ms.update({name: float(ms) for name, ms in motion.timings_ms.items()})
 
     def failure(self, stamp_ns: int, status: str, reason: str) -> None:
-        """Note a frame that never reached the odometry."""
+        """Note a frame that never reached the engine."""
         unknown = np.full(3, np.nan)
         self.entries.append(
-            Entry(int(stamp_ns), status, reason, None, unknown, unknown, float("nan"))
+            Entry(int(stamp_ns), status, reason, status, None, unknown, unknown, float("nan"))
         )
 
     @property
@@ -89,9 +100,9 @@ class Journal:
         return np.reshape(linear, (-1, 3)), np.reshape(angular, (-1, 3))
 
     @property
-    def scores(self) -> Array:
+    def qualities(self) -> Array:
         """How well determined each motion is, (N,): 1 the best, 0 not at all."""
-        return np.array([entry.score for entry in self.entries], dtype=np.float64)
+        return np.array([entry.quality for entry in self.entries], dtype=np.float64)
 
     @property
     def statuses(self) -> list[str]:
@@ -109,30 +120,26 @@ class Journal:
         asked = int((posed | ~skipped).sum())
         return float(posed.sum()) / asked if asked else 0.0
 
-    def correct(self, trajectory: sphereflow.Trajectory) -> None:
-        """Note corrected poses; a frame of which there is none keeps the one that was measured."""
-        stamps = np.asarray(trajectory.stamp_ns).tolist()
-        position_m = np.asarray(trajectory.position_m)
-        rotations = matrices_from_quat_xyzw(np.asarray(trajectory.quat_xyzw))
-        for row, stamp in enumerate(stamps):
-            pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = rotations[row], position_m[row]
-            self.corrected[stamp] = pose
+    @property
+    def corrected(self) -> bool:
+        """Whether the final poses are others than those that were published."""
+        return self.final is not None
 
-    def pose(self, index: int) -> Array | None:
-        """Pose of a frame, corrected where there is a correction; None where it has none."""
-        entry = self.entries[index]
-        if entry.world_from_camera is None:
-            return None
-        return self.corrected.get(entry.stamp_ns, entry.world_from_camera)
+    @property
+    def weak_share(self) -> float:
+        """Share of the frames with a pose whose motion is poorly determined."""
+        posed = int(self.has_pose.sum())
+        return self.statuses.count("weak") / posed if posed else 0.0
 
     def odometry(self) -> sphereflow.Trajectory | None:
-        """Poses as they were measured while running, or None where no frame has one."""
+        """Poses as they were published while running, or None where no frame has one."""
         return self._trajectory([entry.world_from_camera for entry in self.entries])
 
     def trajectory(self) -> sphereflow.Trajectory | None:
-        """Poses with their corrections, or None where no frame has one."""
-        return self._trajectory([self.pose(index) for index in range(len(self.entries))])
+        """The final poses, or None where no frame has one."""
+        if self.final is None or len(self.final) == 0:
+            return self.odometry()
+        return self.final
 
     def _trajectory(self, poses: list[Array | None]) -> sphereflow.Trajectory | None:
         posed = [
@@ -150,16 +157,15 @@ class Journal:
     def outcomes(self) -> dict[str, Any]:
         """Frames by status, with the reasons: how often each, and its first full text."""
         outcomes: dict[str, Any] = {}
-        for status in ("started", "tracked", "weak", "lost", "skipped", "unreadable"):
+        for status in STATUSES:
             entries = [entry for entry in self.entries if entry.status == status]
             reasons: dict[str, dict[str, Any]] = {}
             for entry in entries:
-                if entry.reason is None:
+                if entry.reason is None or entry.reason_code is None:
                     continue
-                # "3 domains" and "5 domains" are one reason: the numbers are left out of the key.
+                first = {"first": entry.reason, "first_stamp_ns": entry.stamp_ns}
                 reason = reasons.setdefault(
-                    NUMBER.sub("#", entry.reason),
-                    {"frames": 0, "first": entry.reason, "first_stamp_ns": entry.stamp_ns},
+                    entry.reason_code, {"code": entry.reason_code, "frames": 0, **first}
                 )
                 reason["frames"] += 1
             outcomes[status] = {"frames": len(entries), "reasons": list(reasons.values())}

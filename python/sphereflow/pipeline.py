@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -11,28 +11,31 @@ from typing import Any
 
 import sphereflow
 from sphereflow import eval as evaluation
-from sphereflow import io, odometry
+from sphereflow import io
+from sphereflow._native import Calibration
 from sphereflow.accuracy import TRUTH_DIFFERENCE_S, errors_of
-from sphereflow.correction import Correction, correct
-from sphereflow.interfaces import RecordingLike, ViewerLike, direction_of, distances_of
+from sphereflow.config import EngineConfig
+from sphereflow.engine import Engine, Readings
+from sphereflow.interfaces import FrameLike, RecordingLike, ViewerLike, distances_of
 from sphereflow.journal import Journal
-from sphereflow.mapping import RunMap
 from sphereflow.report import build_report, write_report
 from sphereflow.result_folder import REPORT, ResultFolder
-from sphereflow.settings import Settings, depth_corrected_of
+from sphereflow.run_warnings import warnings_of
+from sphereflow.settings import Settings
+from sphereflow.sources import FrameSource
 from sphereflow.stopwatch import Stopwatch
 
 Progress = Callable[[str, int, int], None]
-"""Called with what is being done (``track``, ``compare`` keyframes, ``map``), the steps done and
-the steps in all: frames where it tracks or maps."""
+"""Called with what is being done (``track``, ``compare`` keyframes), the steps done and the steps
+in all: frames where it tracks; 0 where their number is not known."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
     """What a run made; a trajectory or error is None where there is none.
 
-    ``trajectory`` and ``ape`` are of the corrected poses, ``odometry`` and ``odometry_ape`` of the
-    same frames as they were measured while running.
+    ``trajectory`` and ``ape`` are of the final poses, ``odometry`` and ``odometry_ape`` of the same
+    frames as they were published while running.
     """
 
     folder: Path
@@ -46,20 +49,22 @@ class RunResult:
 
 
 def run(
-    data: str | Path | RecordingLike,
+    data: str | Path | RecordingLike | Iterable[FrameLike],
     out: str | Path,
     *,
     method: str = "depth",
-    calibration: str | Path | None = None,
+    calibration: str | Path | Calibration | None = None,
     depth_scale: float | None = None,
+    config: EngineConfig | None = None,
     pose_graph: bool = True,
     readout_s: float | None = None,
+    world: str | None = None,
     rrd: str | Path | None = None,
     max_frames: int | None = None,
     pictures: bool = True,
     overwrite: bool = False,
     min_coverage: float = 0.9,
-    voxel_m: float = 0.02,
+    voxel_m: float | None = None,
     progress: Progress | None = None,
 ) -> RunResult:
     """Track a recording and write everything about it into one folder.
@@ -67,24 +72,29 @@ def run(
     Parameters
     ----------
     data
-        A data set's folder (the kind is guessed) or an open recording.
+        A data set's folder (the kind is guessed), an open recording, or any iterable of frames
+        (``sphereflow.RgbdFrame``), which needs a ``calibration``.
     out
-        Folder for ``trajectory.tum`` (every frame with a pose, corrected), ``odometry.tum`` (the
-        same frames as they were measured), ``map.ply``, ``report.json`` and ``pictures/``. Written
-        beside and renamed at the end: it is there whole or not at all.
+        Folder for the result; `CONVENTIONS.md` lists its files. Written beside and renamed at the
+        end: it is there whole or not at all.
     method
         ``depth``: motion from the depth images alone.
     calibration, depth_scale
-        Calibration file and counts per metre, where the recording's own are missing or wrong.
+        Calibration (a file, for a folder) and counts per metre, where the recording's own are
+        missing or wrong.
+    config
+        Settings of the engine; the arguments beside it change theirs.
     pose_graph
         After the last frame compare keyframes that see the same surface, and correct all poses.
     readout_s
         Rolling shutter: seconds between the exposures of the first and the last row. None takes
         what the calibration says, and 0 where it says nothing.
+    world
+        ``auto``: y along gravity where the inertial sensor shows it; ``first-camera``.
     rrd
         Also record the run for the rerun viewer in this file (extra ``viz``).
     max_frames
-        Stop after so many frames.
+        Stop after this number of frames.
     pictures
         Draw the pictures (extra ``plot``; without it they are left out and the report says so).
     overwrite
@@ -106,15 +116,18 @@ def run(
     sphereflow.SphereflowError
         Where the recording cannot be read at all or an option has no meaning.
     """
+    given = isinstance(calibration, (str, Path))
     settings = Settings(
         method=method,
-        calibration=None if calibration is None else str(calibration),
+        calibration=str(calibration) if given else None,
         depth_scale=depth_scale,
         pose_graph=pose_graph,
         readout_s=readout_s,
         max_frames=max_frames,
         min_coverage=min_coverage,
         voxel_m=voxel_m,
+        world=world,
+        config=config,
     )
     settings.check()
     recording = _opened(data, calibration, depth_scale)
@@ -127,7 +140,7 @@ def run(
             stack.callback(viewer.discard)
         job = _Job(recording, settings, viewer, progress or (lambda what, done, total: None))
         job.track()
-        job.correct()
+        job.finish()
         return job.write(folder, source, pictures=pictures)
 
 
@@ -144,60 +157,46 @@ class _Job:
         self.recording, self.settings = recording, settings
         self.viewer, self.progress = viewer, progress
         self.watch, self.journal = Stopwatch(), Journal()
-        self.map = RunMap(recording, settings.voxel_m)
-        self.correction = Correction(None)
+        self.engine = Engine(settings.device_of(recording), settings.engine_config(recording))
         self.sample: Any = None  # distances from the middle of the run, for a picture
-        self.estimator = odometry.DepthOdometry(
-            recording.camera,
-            along=direction_of(recording.camera),
-            readout_s=settings.readout_of(recording)[0],
-            depth_corrected=depth_corrected_of(recording),
-        )
 
     def track(self) -> None:
-        """Each frame through odometry and map."""
-        available, most = len(self.recording), self.settings.max_frames
-        total = available if most is None else min(most, available)
+        """Each frame through the engine."""
+        total, readings = self._total(), Readings(self.recording)
         for index, frame in self._decoded(total):
             metres = distances_of(frame)
-            with self.watch("odometry"):
-                motion = self.estimator.push(metres, frame.stamp_ns)
-            self.journal.motion(frame.stamp_ns, motion, with_depth=metres is not None)
-            if motion.has_pose:
-                with self.watch("map"):
-                    self.map.add(index, frame, motion.world_from_camera)
-            if metres is not None and (self.sample is None or index <= total // 2):
+            with self.watch("engine"):
+                for batch in readings.until(frame.stamp_ns):
+                    self.engine.push(batch)
+                update = self.engine.push_frame(frame)
+            self.journal.motion(frame.stamp_ns, update, with_depth=metres is not None)
+            if metres is not None and (self.sample is None or index <= (total or 0) // 2):
                 self.sample = metres
             if self.viewer is not None:
                 with self.watch("view"):
-                    self.viewer.frame(index, frame, motion)
-                    self.viewer.cloud(index, frame.stamp_ns, self.map.cloud)
-            self.progress("track", index + 1, total)
+                    self.viewer.frame(index, frame, update)
+                    self.viewer.cloud(index, frame.stamp_ns, self.engine.growing_cloud)
+            self.progress("track", index + 1, total or 0)
 
-    def correct(self) -> None:
-        """Poses from the pose graph, and the map from them where they moved noticeably."""
+    def finish(self) -> None:
+        """Keyframes compared with each other, all poses fitted, the cloud at them."""
         with self.watch("compare"):
-            self.correction = correct(
-                self.estimator,
-                self.journal,
-                asked=self.settings.pose_graph,
-                progress=partial(self.progress, "compare"),
-            )
-        if self.map.is_stale_after(self.correction.largest_change_m):
-            with self.watch("map"):
-                self.map.rebuild(self.journal, progress=partial(self.progress, "map"))
+            self.engine.finish(partial(self.progress, "compare"))
+        if self.engine.report["graph"] is not None:
+            self.journal.final = self.engine.trajectory("final")
         if self.viewer is not None:
             with self.watch("view"):
-                self.viewer.points(*self.map.cloud.points())
+                self.viewer.points(*self.engine.map.cloud.points())
 
     def write(self, folder: ResultFolder, source: str, *, pictures: bool) -> RunResult:
         """All files of the result."""
         recording, journal, watch = self.recording, self.journal, self.watch
-        warnings = [str(text) for text in recording.warnings] + self.correction.warnings
+        engine = self.engine.report
+        warnings = warnings_of(recording, journal, engine)
         with watch("evaluate"):
             errors = errors_of(journal, recording.truth)
         with watch("write"):
-            self._write_files(folder.path)
+            points = self._write_files(folder.path, engine)
             if self.viewer is not None:
                 self.viewer.close(journal, recording.truth)
             if pictures:
@@ -208,11 +207,10 @@ class _Job:
             recording=recording,
             settings=self.settings,
             journal=journal,
-            correction=self.correction,
+            engine=engine,
             seconds=watch.seconds,
             errors=errors,
-            voxels=len(self.map.cloud),
-            map_rebuilt=self.map.rebuilt,
+            points=points,
             warnings=warnings,
         )
         write_report(folder.path / REPORT, report)
@@ -228,10 +226,19 @@ class _Job:
             report=report,
         )
 
-    def _decoded(self, total: int) -> Iterator[tuple[int, Any]]:
+    def _total(self) -> int | None:
+        """Frames to come, None where their number is open."""
+        most = self.settings.max_frames
+        if isinstance(self.recording, FrameSource):
+            return most
+        available = len(self.recording)
+        return available if most is None else min(most, available)
+
+    def _decoded(self, total: int | None) -> Iterator[tuple[int, Any]]:
         """Frames that can be read, with their number; the others are noted in the journal."""
         stamps, frames = self.recording.stamp_ns, self.recording.frames(0, total)
-        for index in range(total):
+        index = 0
+        while total is None or index < total:
             try:
                 with self.watch("decode"):
                     frame = next(frames)
@@ -243,17 +250,32 @@ class _Job:
                 return
             except sphereflow.SphereflowError as error:
                 self.journal.failure(int(stamps[index]), "unreadable", str(error))
-                continue
-            yield index, frame
+            else:
+                yield index, frame
+            index += 1
 
-    def _write_files(self, folder: Path) -> None:
-        """Trajectories and map; no file is made of nothing."""
-        measured, corrected = self.journal.odometry(), self.journal.trajectory()
-        if measured is not None and corrected is not None:
-            measured.write(folder / "odometry.tum", format="tum")
-            corrected.write(folder / "trajectory.tum", format="tum")
-        if len(self.map.cloud) > 0:
-            self.map.cloud.write_ply(folder / "map.ply")
+    def _write_files(self, folder: Path, engine: dict[str, Any]) -> int:
+        """Trajectories, map, graph and calibration; no file is made of nothing. Points written."""
+        published, final = self.journal.odometry(), self.journal.trajectory()
+        if published is not None and final is not None:
+            published.write(folder / "odometry.tum", format="tum")
+            final.write(folder / "trajectory.tum", format="tum")
+            (folder / "segments").mkdir()
+            for segment in engine["segments"]:
+                poses = self.engine.segment(segment["index"])
+                name = f"{segment['index']:03d}.tum"
+                poses.write(folder / "segments" / name, format="tum")
+        mapped = self.engine.map
+        if len(mapped.keyframes):
+            mapped.keyframes.write(folder / "keyframes.tum", format="tum")
+            self.engine.write_graph(folder / "graph.g2o")
+        if len(mapped.cloud):
+            mapped.cloud.write_ply(folder / "map.ply")
+        known = getattr(self.recording, "calibration", None)
+        calibration = self.engine.calibration if known is None else known
+        readout_s = self.settings.readout_of(self.recording)[0]
+        calibration.with_readout_s(readout_s).write(folder / "calibration.toml")
+        return len(mapped.cloud)
 
     def _pictures(self, folder: Path) -> str | None:
         """Draw the run; a text says why not, where matplotlib is not installed."""
@@ -264,7 +286,7 @@ class _Job:
                 folder,
                 journal=self.journal,
                 truth=self.recording.truth,
-                cloud=self.map.cloud.points(),
+                cloud=self.engine.map.cloud.points(),
                 depth_m=self.sample,
                 max_difference_s=TRUTH_DIFFERENCE_S,
             )
@@ -280,13 +302,27 @@ def _viewer(recording: RecordingLike, path: Path) -> ViewerLike:
 
 
 def _opened(
-    data: str | Path | RecordingLike, calibration: str | Path | None, depth_scale: float | None
+    data: str | Path | RecordingLike | Iterable[FrameLike],
+    calibration: str | Path | Calibration | None,
+    depth_scale: float | None,
 ) -> RecordingLike:
-    recording: RecordingLike = (
-        io.open_recording(data, calibration=calibration, depth_scale=depth_scale)
-        if isinstance(data, (str, Path))
-        else data
-    )
+    if isinstance(data, (str, Path)):
+        if isinstance(calibration, Calibration):
+            raise sphereflow.DtypeError(
+                "calibration: expected a file for a folder of data, found a Calibration"
+            )
+        recording: RecordingLike = io.open_recording(
+            data, calibration=calibration, depth_scale=depth_scale
+        )
+    elif hasattr(data, "frames"):
+        recording = data
+    elif isinstance(calibration, Calibration):
+        recording = FrameSource(data, calibration)
+    else:
+        raise sphereflow.DtypeError(
+            "calibration: expected a sphereflow.Calibration with an iterable of frames, found "
+            f"{type(calibration).__name__}"
+        )
     if recording.camera is None:
         raise sphereflow.DataError(
             f"no calibration was found ({recording.calibration_source}): give a calibration file"

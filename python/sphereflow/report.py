@@ -10,7 +10,6 @@ import resource
 import sys
 import tempfile
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +18,11 @@ from numpy.typing import NDArray
 
 import sphereflow
 from sphereflow.accuracy import Errors
-from sphereflow.correction import Correction
 from sphereflow.interfaces import RecordingLike
 from sphereflow.journal import Journal
 from sphereflow.settings import Settings, depth_corrected_of
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of the report's layout; a key is never given another meaning under the same number."""
 
 FRAME_GAP = 1.5
@@ -105,7 +103,7 @@ def peak_memory_bytes() -> int:
     return int(peak if sys.platform == "darwin" else 1024 * peak)
 
 
-BUSY_STAGES = ("decode", "odometry", "compare", "map")
+BUSY_STAGES = ("decode", "engine", "compare")
 """What tracking and mapping need; the rest is for looking at."""
 
 
@@ -115,11 +113,10 @@ def build_report(
     recording: RecordingLike,
     settings: Settings,
     journal: Journal,
-    correction: Correction,
+    engine: Mapping[str, Any],
     seconds: Mapping[str, float],
     errors: Errors,
-    voxels: int,
-    map_rebuilt: bool,
+    points: int,
     warnings: list[str],
 ) -> dict[str, Any]:
     """The whole report as plain values; ``errors`` has results, or why there is none."""
@@ -127,7 +124,6 @@ def build_report(
     frames = len(journal.entries)
     busy_s = sum(seconds.get(stage, 0.0) for stage in BUSY_STAGES)
     readout_s, readout_source = settings.readout_of(recording)
-    graph = correction.pose_graph
     return {
         "schema": SCHEMA,
         "versions": versions(),
@@ -142,21 +138,25 @@ def build_report(
         "frames_with_pose": int(journal.has_pose.sum()),
         "outcomes": journal.outcomes(),
         "coverage": journal.coverage,
-        "coverage_meaning": "frames with a pose / frames not skipped on purpose",
+        "coverage_weak": engine["coverage_weak"],
+        "coverage_meaning": "frames with a pose / frames not skipped on purpose; coverage_weak is the "
+        "part of them whose motion is poorly determined",
+        "segments": engine["segments"],
+        "world": {"frame": engine["world"], "because": engine["world_because"]},
         "min_coverage": settings.min_coverage,
         "covered": bool(frames and journal.coverage >= settings.min_coverage),
-        "pose_graph": None if graph is None else asdict(graph),
-        "no_pose_graph_because": correction.reason,
+        "keyframes": engine["keyframes"],
+        "pose_graph": engine["graph"],
+        "no_pose_graph_because": _no_graph(settings, engine),
         "timing": timing_of_stamps(journal.stamp_ns),
         "streams": streams_of(recording),
         "sync": sync_of(recording),
         "path_length_m": 0.0 if trajectory is None else path_length_m(trajectory.position_m),
-        "map_points": voxels,
-        "map_rebuilt": map_rebuilt,
+        "map_points": points,
         "calibration": calibration_of(recording, settings.calibration),
         "warnings": {"count": len(warnings), "texts": warnings},
         "seconds": {name: float(value) for name, value in seconds.items()},
-        "odometry_ms_per_frame": {
+        "front_ms_per_frame": {
             name: total / max(journal.pushed, 1) for name, total in journal.timings_ms.items()
         },
         "frames_per_s": frames / busy_s if busy_s > 0.0 else None,
@@ -166,6 +166,16 @@ def build_report(
             for name, error in errors.items()
         },
     }
+
+
+def _no_graph(settings: Settings, engine: Mapping[str, Any]) -> str | None:
+    """Why keyframes were not compared, where they were not."""
+    if engine["graph"] is not None:
+        return None
+    if not settings.pose_graph:
+        return "not asked for"
+    count = engine["keyframes"]
+    return "1 keyframe: nothing to compare" if count == 1 else f"{count} keyframes: nothing to compare"
 
 
 def versions() -> dict[str, str]:

@@ -7,6 +7,7 @@ import textwrap
 
 import pytest
 import thesis_map
+from thesis_index import EXISTING
 from thesis_tags import citations
 
 TAG = "Thesis" + ":"
@@ -15,7 +16,7 @@ TAG = "Thesis" + ":"
 def write(root, name, text):
     path = root / name
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(textwrap.dedent(text).replace("TAG", TAG))
+    path.write_text(textwrap.dedent(text).replace("TAG", TAG).replace("QUOTE", '"""'))
 
 
 @pytest.fixture
@@ -56,6 +57,11 @@ def tree(tmp_path):
         def test_depth_is_shown():
             # TAG eqs. (2.9), (2.10) and (3.10)
             assert True
+
+
+        def test_in_a_docstring():
+            QUOTEWhat it is. TAG eq. (2.15), in a docstring. TAG eqs. (2.16) and
+            (2.17), broken off.QUOTE
         """,
     )
     write(tmp_path, "benches/speed.rs", "// TAG Table 6.1\nfn many() {}\n")
@@ -94,15 +100,20 @@ def test_citations_of_a_tag_are_found(text, expected):
 def test_map_of_a_tree_names_items_and_tests_in_the_thesis_order(tree):
     assert run(tree) == 0
     page = (tree / "THESIS.md").read_text()
-    depth, shown = (
-        "[crates/flow/src/depth.rs](crates/flow/src/depth.rs)",
-        "tests/unit/test_depth.py",
-    )
-    assert f"| (2.9) | {depth} `derivative` | [{shown}]({shown}) `test_depth_is_shown` |" in page
-    assert f"| (2.10) | {depth} `of` |" in page
-    assert f"| (3.7) | {depth} `derivative` | {depth} `derivative_of_two_is_four` |" in page
-    assert f"| 3.1 | {depth} | - |" in page
-    assert "| 6.1 | [benches/speed.rs](benches/speed.rs) `many` | - |" in page
+
+    def at(path, line, item="", own=None):
+        return f"[{path}]({path}#L{line})" + (f" [`{item}`]({path}#L{own or line})" if item else "")
+
+    depth, shown = "crates/flow/src/depth.rs", "tests/unit/test_depth.py"
+    derivative, test = at(depth, 9, "derivative"), at(shown, 2, "test_depth_is_shown")
+    assert f"| (2.9) | {at(depth, 9, 'derivative')} | {test} |" in page
+    assert f"| (2.10) | {at(depth, 14, 'of')} |" in page
+    assert f"| (3.7) | {at(depth, 6, 'derivative')} | " in page
+    assert f"| {at(depth, 20, 'derivative_of_two_is_four')} |" in page
+    assert f"| 3.1 | {at(depth, 2)} | - |" in page
+    assert f"| 6.1 | {at('benches/speed.rs', 1, 'many')} | - |" in page
+    assert f"| (2.15) | by test only | {at(shown, 7, 'test_in_a_docstring')} |" in page
+    assert derivative in page
     assert page.index("(2.9)") < page.index("(2.10)") < page.index("(3.7)")
     assert page.index("## Equations") < page.index("## Theorems") < page.index("## Tables")
 
@@ -116,13 +127,39 @@ def test_check_passes_when_the_page_is_fresh_and_fails_when_it_is_stale(tree, ca
     assert run(tree, "--check") == 1
 
 
-def test_map_does_not_change_when_lines_move(tree):
+def test_page_is_not_stale_when_lines_alone_move_and_links_follow_them_when_it_is_written(tree):
     run(tree)
-    before = (tree / "THESIS.md").read_text()
     source = tree / "crates/flow/src/depth.rs"
     source.write_text("\n\n\n" + source.read_text())
+    assert run(tree, "--check") == 0
     run(tree)
-    assert (tree / "THESIS.md").read_text() == before
+    assert "crates/flow/src/depth.rs#L12" in (tree / "THESIS.md").read_text()
+
+
+def test_tags_in_mid_line_and_of_two_lines_are_read(tree):
+    write(tree, "crates/a.rs", "/// The rate. TAG section\n/// 7.1.\nfn rate() {}\n")
+    run(tree)
+    page = (tree / "THESIS.md").read_text()
+    assert "| 7.1 | [crates/a.rs](crates/a.rs#L1) [`rate`](crates/a.rs#L1) | - |" in page
+    assert "| (2.16) | by test only |" in page
+    assert "| (2.17) | by test only |" in page
+
+
+def test_equation_is_wanted_in_a_tag_or_with_a_reason_and_not_in_both(tree, capsys):
+    every = sorted(EXISTING["eq."] - {"2.9", "2.10", "2.15", "2.16", "2.17", "3.7", "3.10"})
+    listed = ", ".join(f'"{number}"' for number in every)
+    text = '[proofs]\nreason = "a step of a proof"\nequations = [{}]\n'
+    write(tree, "tools/thesis_without.toml", text.format(listed))
+    assert run(tree) == 0
+    assert "168 of 168 equations accounted for" in capsys.readouterr().out
+    assert "| a step of a proof |" in (tree / "THESIS.md").read_text()
+    write(tree, "tools/thesis_without.toml", text.format(listed.replace('"1.1"', '"3.7", "1.99"')))
+    assert run(tree) == 1
+    out = capsys.readouterr()
+    assert "167 of 168" in out.out
+    assert "eq. (3.7) has a tag" in out.err
+    assert "eq. (1.1) has neither a tag nor a reason" in out.err
+    assert "eq. (1.99) is no equation" in out.err
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,22 @@ pub enum Reason {
     },
 }
 
+crate::reason_codes! {
+    Reason {
+        "no_depth" => NoDepth,
+        "few_known_pixels" => FewKnownPixels { share },
+        "few_domains" => FewDomains { found, needed },
+        "poor_fit" => PoorFit { scale },
+        "unobservable" => Unobservable { score },
+        "divided" => Divided { share },
+        "implausible_motion" => ImplausibleMotion { speed_m_s, rate_rad_s },
+        "not_converged" => NotConverged,
+        "duplicate_frame" => DuplicateFrame,
+        "stamp_not_increasing" => StampNotIncreasing,
+        "gap" => Gap { seconds },
+    }
+}
+
 impl TrackStatus {
     /// True where the pose was measured or defined: such frames count as covered. A repeated image
     /// has the pose of the image that it repeats.

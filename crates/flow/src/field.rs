@@ -1,8 +1,8 @@
 //! A flow field: how far each pixel's content moves.
 
 use crate::Result;
-use crate::error::same_size;
 use sphereflow_core::Plane;
+use sphereflow_raster::same_size;
 
 /// Displacements in pixels (columns to the right, rows down), from the first image to the second.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +76,7 @@ impl FlowField {
         let resize = |plane: &Plane<f32>, scale: f32| {
             Plane::from_fn(width, height, |x, y| {
                 let (x, y) = ((x as f32 + 0.5) * sx - 0.5, (y as f32 + 0.5) * sy - 0.5);
-                scale * crate::sampling::clamped(plane, x, y)
+                scale * sphereflow_raster::bilinear::clamped(plane, x, y)
             })
         };
         Self {

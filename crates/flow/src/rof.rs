@@ -1,8 +1,8 @@
 //! Denoising that keeps edges: total variation with a quadratic data term (Rudin, Osher, Fatemi).
 
-use crate::Result;
-use crate::error::{Error, positive};
+use crate::{Error, Result};
 use sphereflow_core::Plane;
+use sphereflow_core::checks::positive;
 
 /// Settings of [`rof_denoise`].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! The order in which repeated sweeps over an image share the cache.
 
-use crate::padded::LANES;
+use sphereflow_raster::LANES;
 use std::ops::Range;
 
 /// How sweeps are cut into pieces that stay in the cache.

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used)] // a test may panic: it has nobody to report an error to
 
+#[path = "../../depth/tests/scene/mod.rs"]
+// the sequence of section 4.1.1, which dense depth is tested on
 mod scene;
 
 use nalgebra::Vector2;

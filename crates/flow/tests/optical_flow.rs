@@ -6,9 +6,10 @@ mod middlebury;
 
 use sphereflow_core::Plane;
 use sphereflow_flow::{
-    Derivatives, FlowField, HornSchunckConfig, HornSchunckSolver, TvL1Config, TvL1Flow,
-    horn_schunck, horn_schunck_energy, horn_schunck_of, tv_l1,
+    FlowField, HornSchunckConfig, HornSchunckSolver, TvL1Config, TvL1Flow, horn_schunck,
+    horn_schunck_energy, horn_schunck_of, tv_l1,
 };
+use sphereflow_raster::Derivatives;
 
 /// A smooth texture, moved by `(u, v)` pixels.
 fn texture(width: usize, height: usize, u: f32, v: f32) -> Plane<f32> {

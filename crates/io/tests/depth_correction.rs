@@ -18,7 +18,7 @@ fn recording_opened_with_a_correction_has_corrected_depth() {
 
     let correction = DepthCorrection::from_named(&[("z1", -0.05)], &[("one", 0.02)]).unwrap();
     let mut given = calibration();
-    (given.depth_correction, given.readout_s) = (Some(correction), Some(0.03));
+    (given.depth_field, given.readout_s) = (Some(correction), Some(0.03));
     let options = OpenOptions {
         calibration: Some(given),
         ..OpenOptions::default()
@@ -51,7 +51,7 @@ fn recording_with_a_correction_of_nothing_is_not_called_corrected() {
     let path = folder.path().join("recording");
     write_recording(&path, 1);
     let mut given = calibration();
-    given.depth_correction = Some(DepthCorrection::default());
+    given.depth_field = Some(DepthCorrection::default());
     let options = OpenOptions {
         calibration: Some(given),
         ..OpenOptions::default()

@@ -38,8 +38,8 @@ fn tum_recording_opens_with_everything_in_it() {
     assert_eq!(recording.depth_scale(), Some(5000.0));
     assert!(recording.calibration_source().contains("freiburg1"));
     let calibration = recording.calibration().unwrap();
-    assert_eq!(calibration.model, "opencv");
-    assert_eq!(calibration.parameters["k3"], 1.163314);
+    assert_eq!(calibration.depth.model, "opencv");
+    assert_eq!(calibration.depth.parameters["k3"], 1.163314);
     assert!(recording.truth().unwrap().len() > 1000);
     assert!(recording.colour_registered());
     let sync = recording.sync().unwrap();

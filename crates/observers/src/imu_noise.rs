@@ -1,7 +1,7 @@
 //! Noise of a consumer-grade inertial sensor, as data sheets give it: what all settings start from.
 //!
 //! One set for every recording. A sensor that is better, or worse, gets its own numbers from its data
-//! sheet, or from a recording at rest ([`crate::calibration::imu_still`]).
+//! sheet, or from a recording at rest (`sphereflow_calibration::imu_still`).
 
 /// Gyro, rad/s/sqrt(Hz): 0.01 deg/s/sqrt(Hz).
 const GYRO_DENSITY: f64 = 1.75e-4;

@@ -6,12 +6,16 @@
 //! a state that is not finite.
 
 pub mod attitude;
-pub mod calibration;
 mod checks;
 mod error;
+#[cfg(test)]
+mod flaws;
 pub mod imu_bias;
 mod imu_noise;
+mod kalman;
+mod limits;
 pub mod navigation;
+mod spikes;
 mod status;
 pub mod velocity_bias;
 

@@ -1,5 +1,6 @@
 //! What became of a sample, and why: failures are results with a reason, never a made-up state.
 
+use sphereflow_core::{ReasonField, ReasonValue};
 use std::fmt;
 
 /// Which sensor a reason speaks of.
@@ -47,6 +48,29 @@ pub enum Reason {
     /// A number is not finite.
     NotFinite {
         /// Of which sensor.
+        sensor: Sensor,
+    },
+    /// A number that no such sensor reads.
+    OutOfRange {
+        /// Of which sensor.
+        sensor: Sensor,
+        /// Largest component found, in the sensor's unit.
+        found: f64,
+        /// The largest that is believed.
+        limit: f64,
+    },
+    /// A single reading that jumps away from the one before.
+    Spike {
+        /// Of which sensor.
+        sensor: Sensor,
+        /// By how much, in the sensor's unit.
+        found: f64,
+        /// What is believed at once.
+        limit: f64,
+    },
+    /// A covariance that is not symmetric positive definite, or beyond all bounds.
+    BadCovariance {
+        /// Of which measurement.
         sensor: Sensor,
     },
     /// An axis reads one and the same number while the others change.
@@ -119,6 +143,72 @@ pub enum Reason {
     },
 }
 
+sphereflow_core::reason_codes! {
+    Reason {
+        "no_data" => NoData,
+        "settling" => Settling { seconds },
+        "not_finite" => NotFinite { sensor },
+        "out_of_range" => OutOfRange { sensor, found, limit },
+        "spike" => Spike { sensor, found, limit },
+        "bad_covariance" => BadCovariance { sensor },
+        "dead_axis" => DeadAxis { sensor, axis },
+        "saturated" => Saturated { sensor, found },
+        "accel_in_g" => AccelInG { norm },
+        "accel_norm" => AccelNorm { norm },
+        "stamp_not_increasing" => StampNotIncreasing,
+        "gap" => Gap { seconds },
+        "too_late" => TooLate { seconds },
+        "magnetic_disturbance" => MagneticDisturbance,
+        "no_magnetometer" => NoMagnetometer,
+        "gated" => Gated { sensor, distance, limit },
+        "coasting" => Coasting { seconds },
+        "unobservable" => Unobservable { directions },
+        "not_still" => NotStill,
+        "offset_unclear" => OffsetUnclear,
+        "few_pixels" => FewPixels { share },
+    }
+}
+
+/// A sensor's word in a reason's values.
+impl ReasonField for Sensor {
+    fn value(&self) -> ReasonValue {
+        ReasonValue::Word(self.code().into())
+    }
+
+    fn of(value: &ReasonValue) -> Option<Self> {
+        let ReasonValue::Word(word) = value else {
+            return None;
+        };
+        Self::ALL.into_iter().find(|sensor| sensor.code() == word)
+    }
+}
+
+impl Sensor {
+    /// Every sensor.
+    pub const ALL: [Self; 7] = [
+        Self::Gyro,
+        Self::Accel,
+        Self::Mag,
+        Self::Velocity,
+        Self::Pose,
+        Self::ZeroVelocity,
+        Self::Image,
+    ];
+
+    /// `gyro`, `accel`, `mag`, `velocity`, `pose`, `zero_velocity` or `image`.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Gyro => "gyro",
+            Self::Accel => "accel",
+            Self::Mag => "mag",
+            Self::Velocity => "velocity",
+            Self::Pose => "pose",
+            Self::ZeroVelocity => "zero_velocity",
+            Self::Image => "image",
+        }
+    }
+}
+
 impl Status {
     /// `starting`, `ok`, `weak` or `skipped`.
     pub fn name(&self) -> &'static str {
@@ -173,6 +263,26 @@ impl fmt::Display for Reason {
             Self::NoData => write!(f, "nothing was measured yet"),
             Self::Settling { seconds } => write!(f, "settling for another {seconds:.1} s"),
             Self::NotFinite { sensor } => write!(f, "{sensor}: a number is not finite"),
+            Self::OutOfRange {
+                sensor,
+                found,
+                limit,
+            } => write!(
+                f,
+                "{sensor}: {found:.3e} is beyond what such a sensor reads, {limit:.3e}"
+            ),
+            Self::Spike {
+                sensor,
+                found,
+                limit,
+            } => write!(
+                f,
+                "{sensor}: a jump by {found:.3}, at most {limit:.3} is believed at once"
+            ),
+            Self::BadCovariance { sensor } => write!(
+                f,
+                "{sensor}: the covariance is not positive definite within 1e-9 to 1e9 (standard deviations)"
+            ),
             Self::DeadAxis { sensor, axis } => {
                 let name = ["x", "y", "z"].get(*axis).unwrap_or(&"?");
                 write!(f, "{sensor}: axis {name} never changes while the others do")

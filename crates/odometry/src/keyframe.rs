@@ -1,7 +1,9 @@
 //! Keyframes: frames that later ones are aligned to, so that errors do not add up frame by frame.
 
-use crate::pyramid::FramePyramid;
+use crate::Result;
 use nalgebra::Matrix6;
+use sphereflow_alignment::FramePyramid;
+use sphereflow_core::checks::{each, positive, share};
 use sphereflow_core::{Pose, Stamp, Twist};
 
 /// When a frame becomes a keyframe, and when an alignment is believed.
@@ -31,6 +33,25 @@ impl Default for KeyframePolicy {
     }
 }
 
+impl KeyframePolicy {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// A core value error naming the first setting out of its range.
+    pub fn validate(&self) -> Result<()> {
+        let shares = [
+            ("min_overlap", self.min_overlap),
+            ("least_overlap", self.least_overlap),
+        ];
+        each(share, &shares)?;
+        let sizes = [
+            ("max_flow_px", self.max_flow_px),
+            ("max_surprise_m", self.max_surprise_m),
+        ];
+        each(positive, &sizes)
+    }
+}
+
 /// How a frame was measured: its pose relative to its keyframe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeyframeMotion {
@@ -42,10 +63,29 @@ pub struct KeyframeMotion {
     pub covariance: Matrix6<f64>,
 }
 
+/// A keyframe as the odometry tells of it: a new one, or a better image of one told before.
+#[derive(Clone, Debug)]
+pub struct KeyframeEvent {
+    /// Number of the keyframe, from 0, in the order in which they are made. One that was told before
+    /// has a better image now: its rolling shutter is undone; nothing else of it changes.
+    pub index: usize,
+    /// Its stamp.
+    pub stamp: Stamp,
+    /// The chain of measurements that it belongs to.
+    pub segment: u32,
+    /// Where it is, as far as known when it was made.
+    pub world_from_keyframe: Pose,
+    /// Its image without the finest level.
+    pub image: FramePyramid,
+    /// How it was measured against an earlier keyframe; `None` where the chain begins.
+    pub parent: Option<KeyframeMotion>,
+}
+
 /// The frame that others are aligned to.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Keyframe {
     pub(crate) index: usize,
+    pub(crate) stamp: Stamp,
     pub(crate) pose: Pose,
     /// As if all rows had been exposed at the stamp.
     pub(crate) image: FramePyramid,

@@ -8,8 +8,9 @@ mod drift;
 
 use drift::{Run, open, run};
 use nalgebra::{Matrix6, Vector6};
+use sphereflow_alignment::{Config, VelocityEstimator};
 use sphereflow_core::{DepthMap, Plane, Reason, TrackStatus};
-use sphereflow_odometry::{Config, OdometryConfig, VelocityEstimator};
+use sphereflow_odometry::OdometryConfig;
 use sphereflow_sphere::Camera;
 use sphereflow_sphere::lie::se3;
 use std::path::{Path, PathBuf};

@@ -2,14 +2,14 @@
 //! claimed to be right.
 #![allow(clippy::unwrap_used, clippy::panic)] // a test may
 
+#[path = "../../alignment/tests/scene/mod.rs"]
 mod scene;
 
 use nalgebra::{Vector2, Vector3};
 use scene::{DT_S, Scene, pinhole, twist};
+use sphereflow_alignment::{Config, VelocityEstimate, estimate_velocity, pose_from_twist};
 use sphereflow_core::{DepthMap, Plane, Pose, Reason, Stamp, TrackStatus, Twist};
-use sphereflow_odometry::{
-    Config, DepthOdometry, OdometryConfig, VelocityEstimate, estimate_velocity, pose_from_twist,
-};
+use sphereflow_odometry::{DepthOdometry, OdometryConfig};
 
 /// What is called right, m/s and rad/s: exact depth, but the domains on the object's border.
 const RIGHT_M_S: f64 = 0.03;

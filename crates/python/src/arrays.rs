@@ -1,8 +1,10 @@
-//! NumPy arrays in: shape and element type are checked here, and errors name the argument.
+//! NumPy arrays in and small ones out: shape and element type are checked here, and errors name the argument.
 
 use crate::errors::{Kind, exception};
-use nalgebra::Vector3;
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use nalgebra::{UnitQuaternion, Vector3};
+use numpy::{
+    PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_core::{Plane, Stamp};
@@ -154,6 +156,15 @@ pub fn colour(
         .map_err(|error| crate::errors::core_error(&error))
 }
 
+/// A mask `(H, W)` of booleans.
+pub fn mask(value: &Bound<'_, PyAny>, name: &str, size: (usize, usize)) -> PyResult<Plane<bool>> {
+    let array = contiguous(value, name, "bool", "b", "")?.cast_into::<PyArrayDyn<bool>>()?;
+    let (width, height) = size;
+    check_shape(name, array.shape(), &[Some(height), Some(width)])?;
+    let data = array.readonly().as_slice()?.to_vec();
+    Plane::from_vec(width, height, data).map_err(|error| crate::errors::core_error(&error))
+}
+
 /// Brightness 0 to 255 of a grey `(H, W)` or RGB `(H, W, 3)` image of bytes or floats.
 pub fn brightness(
     value: &Bound<'_, PyAny>,
@@ -170,4 +181,19 @@ pub fn brightness(
     check_shape(name, array.shape(), &[Some(height), Some(width)])?;
     let data = array.readonly().as_slice()?.to_vec();
     Plane::from_vec(width, height, data).map_err(|error| crate::errors::core_error(&error))
+}
+
+/// A vector as an array.
+pub fn array1<'py>(py: Python<'py>, v: &Vector3<f64>) -> Bound<'py, PyArray1<f64>> {
+    PyArray1::from_slice(py, v.as_slice())
+}
+
+/// A square symmetric matrix, flat, as an array.
+pub fn square<'py>(py: Python<'py>, flat: &[f64], n: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    PyArray1::from_slice(py, flat).reshape([n, n])
+}
+
+/// x, y, z, w.
+pub fn xyzw(q: &UnitQuaternion<f64>) -> [f64; 4] {
+    [q.i, q.j, q.k, q.w]
 }

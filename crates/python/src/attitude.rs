@@ -1,44 +1,25 @@
 //! `AttitudeFilter` and `VisualAttitude`: attitude from inertial samples and from vision.
 
-use crate::arrays::{floats, stamps};
-use crate::errors::{IntoPython, Kind, core_error, exception};
-use crate::observers::array1;
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::arguments::{reason_text, rotation_from, vector3};
+use crate::arrays::{array1, floats, stamps, xyzw};
+use crate::config::{keywords, settings};
+use crate::errors::IntoPython;
+use crate::pickle::{Reduced, reduced};
+use crate::plain::reason_values;
+use crate::plain::{Plain, named};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use pyo3::types::PyList;
+use sphereflow_core::ReasonCode;
+use sphereflow_observers::Status;
 use sphereflow_observers::attitude::{
     AttitudeConfig, AttitudeFilter, AttitudeRun, AttitudeState, Method, VisualAttitude, World,
 };
-use sphereflow_observers::{Error, Reason, Status};
-
-impl<T> IntoPython<T> for Result<T, Error> {
-    fn into_python(self) -> PyResult<T> {
-        self.map_err(|error| match error {
-            Error::Core(error) => core_error(&error),
-        })
-    }
-}
-
-/// A vector of three from anything like an array.
-pub fn vector3(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vector3<f64>> {
-    let array = floats(value, name, &[Some(3)])?;
-    Ok(Vector3::from_column_slice(array.as_slice()?))
-}
-
-/// The text of a reason, if any.
-pub fn reason_text(reason: Option<Reason>) -> Option<String> {
-    reason.map(|reason| reason.to_string())
-}
-
-/// x, y, z, w.
-pub fn xyzw(q: &UnitQuaternion<f64>) -> [f64; 4] {
-    [q.i, q.j, q.k, q.w]
-}
 
 /// What the filter says after a sample.
 #[pyclass(name = "AttitudeState", module = "sphereflow.attitude", frozen)]
-pub struct PyAttitudeState(AttitudeState);
+pub struct PyAttitudeState(pub AttitudeState);
 
 #[pymethods]
 impl PyAttitudeState {
@@ -66,6 +47,18 @@ impl PyAttitudeState {
         reason_text(self.0.status.reason())
     }
 
+    /// Stable code of the reason, in snake_case (docs/reason-codes.md); None where there is none.
+    #[getter]
+    fn reason_code(&self) -> Option<&'static str> {
+        self.0.status.reason().map(|why| why.code())
+    }
+
+    /// The values that decided, by name; empty where there is no reason.
+    #[getter]
+    fn reason_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        reason_values(py, self.0.status.reason().as_ref())
+    }
+
     /// True where neither gyro nor accelerometer moves.
     #[getter]
     fn at_rest(&self) -> bool {
@@ -81,11 +74,15 @@ impl PyAttitudeState {
     fn __repr__(&self) -> String {
         format!("AttitudeState({})", self.0.status)
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "AttitudeState", self.0.to_plain(py)?)
+    }
 }
 
 /// The answers for a whole recording.
 #[pyclass(name = "AttitudeRun", module = "sphereflow.attitude", frozen)]
-pub struct PyAttitudeRun(AttitudeRun);
+pub struct PyAttitudeRun(pub AttitudeRun);
 
 #[pymethods]
 impl PyAttitudeRun {
@@ -116,6 +113,13 @@ impl PyAttitudeRun {
         PyList::new(py, self.0.status.iter().map(|s| reason_text(s.reason())))
     }
 
+    /// The reason's code for each sample, None where all is well.
+    #[getter]
+    fn reason_code<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let codes = self.0.status.iter().map(|s| s.reason());
+        PyList::new(py, codes.map(|why| why.map(|why| why.code())))
+    }
+
     /// True where nothing moves, (N,).
     #[getter]
     fn at_rest<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
@@ -131,23 +135,29 @@ impl PyAttitudeRun {
     fn __len__(&self) -> usize {
         self.0.status.len()
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "AttitudeRun", self.0.to_plain(py)?)
+    }
 }
 
 /// Attitude and gyro bias from gyro, accelerometer and, where there is one, magnetometer.
 ///
 /// Parameters
 /// ----------
-/// method : {'inertial', 'invariant'}
+/// method : {'inertial', 'invariant'}, optional
 ///     The estimator of today's standard, or the invariant observer of the thesis's section 9.4.
-/// world : {'enu', 'rdf'}
+/// config : sphereflow.config.AttitudeConfig, optional
+///     All settings. The other arguments, where given, replace what it says.
+/// world : {'enu', 'rdf'}, optional
 ///     Frame of the answers: x east, y magnetic north, z up; or x east, y down, z north.
-/// tau_accel_s, tau_mag_s : float
+/// tau_accel_s, tau_mag_s : float, optional
 ///     Time constants of the corrections of inclination and heading, seconds.
-/// motion_bias, rest_bias, reject_disturbance : bool
+/// motion_bias, rest_bias, reject_disturbance : bool, optional
 ///     Estimate the gyro's bias in motion, at rest; leave out a disturbed field.
-/// gyro_limit_rad_s : float
+/// gyro_limit_rad_s : float, optional
 ///     Largest rate that the gyro can read.
-/// max_gap_s : float
+/// max_gap_s : float, optional
 ///     Longer time steps are gaps.
 #[pyclass(name = "AttitudeFilter", module = "sphereflow.attitude")]
 pub struct PyAttitudeFilter(AttitudeFilter);
@@ -155,34 +165,36 @@ pub struct PyAttitudeFilter(AttitudeFilter);
 #[pymethods]
 impl PyAttitudeFilter {
     #[new]
-    #[pyo3(signature = (method = "inertial", *, world = "enu", tau_accel_s = 3.0, tau_mag_s = 9.0,
-        motion_bias = true, rest_bias = true, reject_disturbance = true,
-        gyro_limit_rad_s = None, max_gap_s = 0.5))]
+    #[pyo3(signature = (method = None, *, config = None, world = None, tau_accel_s = None,
+        tau_mag_s = None, motion_bias = None, rest_bias = None, reject_disturbance = None,
+        gyro_limit_rad_s = None, max_gap_s = None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
-        method: &str,
-        world: &str,
-        tau_accel_s: f64,
-        tau_mag_s: f64,
-        motion_bias: bool,
-        rest_bias: bool,
-        reject_disturbance: bool,
+        method: Option<&str>,
+        config: Option<&Bound<'_, PyAny>>,
+        world: Option<&str>,
+        tau_accel_s: Option<f64>,
+        tau_mag_s: Option<f64>,
+        motion_bias: Option<bool>,
+        rest_bias: Option<bool>,
+        reject_disturbance: Option<bool>,
         gyro_limit_rad_s: Option<f64>,
-        max_gap_s: f64,
+        max_gap_s: Option<f64>,
     ) -> PyResult<Self> {
-        let defaults = AttitudeConfig::default();
-        let config = AttitudeConfig {
-            method: method_named(method)?,
-            world: world_named(world)?,
-            tau_accel_s,
-            tau_mag_s,
-            motion_bias,
-            rest_bias,
-            reject_disturbance,
-            gyro_limit_rad_s: gyro_limit_rad_s.unwrap_or(defaults.gyro_limit_rad_s),
-            max_gap_s,
-            ..defaults
-        };
+        let mut config: AttitudeConfig = settings(config)?;
+        let method = method.map(|word| named::<Method>(word, "method"));
+        let world = world.map(|word| named::<World>(word, "world"));
+        keywords!(config {
+            method = method.transpose()?,
+            world = world.transpose()?,
+            tau_accel_s = tau_accel_s,
+            tau_mag_s = tau_mag_s,
+            motion_bias = motion_bias,
+            rest_bias = rest_bias,
+            reject_disturbance = reject_disturbance,
+            gyro_limit_rad_s = gyro_limit_rad_s,
+            max_gap_s = max_gap_s,
+        });
         AttitudeFilter::new(config).into_python().map(Self)
     }
 
@@ -263,30 +275,6 @@ impl PyAttitudeFilter {
     }
 }
 
-fn method_named(name: &str) -> PyResult<Method> {
-    match name {
-        "inertial" => Ok(Method::Inertial),
-        "invariant" => Ok(Method::Invariant),
-        other => Err(unknown("method", "'inertial' or 'invariant'", other)),
-    }
-}
-
-fn world_named(name: &str) -> PyResult<World> {
-    match name {
-        "enu" => Ok(World::EastNorthUp),
-        "rdf" => Ok(World::RightDownForward),
-        other => Err(unknown("world", "'enu' or 'rdf'", other)),
-    }
-}
-
-/// The exception for a name that is none of those expected.
-pub fn unknown(argument: &str, expected: &str, found: &str) -> PyErr {
-    exception(
-        Kind::Value,
-        format!("{argument}: expected {expected}, found '{found}'"),
-    )
-}
-
 /// Attitude from a debiased gyro and visual attitudes, continuous and always there: the thesis's
 /// (9.2) in its stable form.
 ///
@@ -328,13 +316,4 @@ impl PyVisualAttitude {
             .rotation()
             .map(|q| PyArray1::from_slice(py, &xyzw(&q)))
     }
-}
-
-/// A rotation from x, y, z, w, checked to be of norm 1.
-pub fn rotation_from(value: &Bound<'_, PyAny>, name: &str) -> PyResult<UnitQuaternion<f64>> {
-    let array = floats(value, name, &[Some(4)])?;
-    let found = array.as_slice()?;
-    let quat = [found[0], found[1], found[2], found[3]];
-    let pose = sphereflow_core::Pose::from_parts([0.0; 3], quat).into_python()?;
-    Ok(pose.rotation)
 }

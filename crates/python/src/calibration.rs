@@ -1,14 +1,13 @@
 //! Calibration of inertial and magnetic sensors from recordings.
 
-use crate::arrays::{stamps, vectors3};
-use crate::attitude::{reason_text, xyzw};
+use crate::arguments::reason_text;
+use crate::arrays::{array1, square, stamps, vectors3, xyzw};
 use crate::errors::IntoPython;
-use crate::observers::{array1, square};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use sphereflow_calibration::{camera_imu, imu_still, mag_ellipsoid};
 use sphereflow_observers::Status;
-use sphereflow_observers::calibration::{camera_imu, imu_still, mag_ellipsoid};
 
 fn status_items(dict: &Bound<'_, PyDict>, status: Status) -> PyResult<()> {
     dict.set_item("status", status.name())?;

@@ -2,6 +2,8 @@
 
 use crate::arrays::{floats, vectors3};
 use crate::errors::IntoPython;
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use nalgebra::Vector2;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -293,5 +295,9 @@ impl PyCamera {
                 .map_or([f64::NAN; 3], |r| [r.x, r.y, r.z])
         });
         PyArray1::from_iter(py, flat).reshape([pixels.len(), 3])
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "Camera", self.0.to_plain(py)?)
     }
 }

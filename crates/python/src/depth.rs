@@ -1,14 +1,19 @@
 //! `sphereflow.depth`: the depth filter.
 
 use crate::camera::PyCamera;
+use crate::config::{keywords, settings};
 use crate::errors::{IntoPython, Kind, exception};
 use crate::flow::{grey, plane_array};
 use crate::motion_arguments::{deviation, vector3_of};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::{Plain, dict_of, field, item, named, reason_values};
 use crate::trajectory::{pose_from, pose_matrix};
 use numpy::PyArray2;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use sphereflow_core::ReasonCode;
 use sphereflow_core::{Plane, Stamp, Twist};
-use sphereflow_flow::{
+use sphereflow_depth::{
     Brightness, DepthFilter, DepthFilterConfig, DepthStatus, PoseNoise, VelocityNoise,
 };
 
@@ -31,6 +36,18 @@ impl PyDepthResult {
             status,
             sigma_grey: f32::NAN,
             fitting_share: f32::NAN,
+        })
+    }
+
+    /// From the state that `__reduce__` gives.
+    pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let dict = dict_of(state)?;
+        Ok(Self {
+            range: item(dict, "range")?.extract::<Py<PyArray2<f32>>>()?,
+            std: item(dict, "std")?.extract::<Option<Py<PyArray2<f32>>>>()?,
+            status: field(dict, "status")?,
+            sigma_grey: item(dict, "sigma_grey")?.extract()?,
+            fitting_share: item(dict, "fitting_share")?.extract()?,
         })
     }
 }
@@ -61,6 +78,18 @@ impl PyDepthResult {
         self.status.reason().map(|reason| reason.to_string())
     }
 
+    /// Stable code of the reason, in snake_case (docs/reason-codes.md); None where there is none.
+    #[getter]
+    fn reason_code(&self) -> Option<&'static str> {
+        self.status.reason().map(|why| why.code())
+    }
+
+    /// The values that decided, by name; empty where there is no reason.
+    #[getter]
+    fn reason_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        reason_values(py, self.status.reason().as_ref())
+    }
+
     /// Standard deviation of the image noise that was used, grey levels of the binned image; NaN
     /// from an observer.
     #[getter]
@@ -72,6 +101,16 @@ impl PyDepthResult {
     #[getter]
     fn fitting_share(&self) -> f32 {
         self.fitting_share
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let state = PyDict::new(py);
+        state.set_item("range", self.range.bind(py))?;
+        state.set_item("std", &self.std)?;
+        state.set_item("status", self.status.to_plain(py)?)?;
+        state.set_item("sigma_grey", self.sigma_grey)?;
+        state.set_item("fitting_share", self.fitting_share)?;
+        reduced(py, "DepthResult", state.into_any())
     }
 
     fn __repr__(&self) -> String {
@@ -103,23 +142,25 @@ pub fn twist(v_m_s: &Bound<'_, PyAny>, omega_rad_s: &Bound<'_, PyAny>) -> PyResu
 /// ----------
 /// camera : Camera
 ///     Any model; a pinhole is fastest.
-/// binning : int
+/// config : sphereflow.config.DepthFilterConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
+/// binning : int, optional
 ///     Pixels to a side of one of the filter's, 1 to 4.
-/// lags : sequence of int
+/// lags : sequence of int, optional
 ///     Distances in frames to the past images that are compared. Made for 60 Hz; halve them at 30. All
 ///     images up to the longest are kept, at twenty bytes per pixel of the filter. At the start the first
 ///     image stands in for those that are not there yet.
 /// sigma_grey : float, optional
 ///     Standard deviation of the image noise, grey levels; measured where not given.
-/// initial_range_m : float
+/// initial_range_m : float, optional
 ///     Range everywhere at the start, metres.
-/// roughness_per_m_rad : float
+/// roughness_per_m_rad : float, optional
 ///     How much inverse depth departs from planes, per metre and radian.
-/// brightness : {'measured', 'constant'}
+/// brightness : {'measured', 'constant'}, optional
 ///     Whether changes of light are measured and taken out.
-/// occlusion : bool
+/// occlusion : bool, optional
 ///     Whether past images are left out where a pixel was hidden.
-/// keyframes : int
+/// keyframes : int, optional
 ///     States of the past that are kept, at most, so that surfaces which come into view again are known at
 ///     once; 0 for none. Each takes eight bytes per pixel of the filter. Only with `occlusion`.
 #[pyclass(name = "DepthFilter", module = "sphereflow.depth")]
@@ -130,39 +171,35 @@ pub struct PyDepthFilter {
 #[pymethods]
 impl PyDepthFilter {
     #[new]
-    #[pyo3(signature = (camera, *, binning = 2, lags = vec![1, 3, 7, 16, 32, 64], sigma_grey = None, initial_range_m = 1.0, roughness_per_m_rad = 0.012, brightness = "measured", occlusion = true, keyframes = 24))]
+    #[pyo3(signature = (camera, *, config = None, binning = None, lags = None, sigma_grey = None,
+        initial_range_m = None, roughness_per_m_rad = None, brightness = None, occlusion = None,
+        keyframes = None))]
     #[allow(clippy::too_many_arguments)] // keyword arguments of Python
     fn new(
         camera: &PyCamera,
-        binning: usize,
-        lags: Vec<usize>,
+        config: Option<&Bound<'_, PyAny>>,
+        binning: Option<usize>,
+        lags: Option<Vec<usize>>,
         sigma_grey: Option<f64>,
-        initial_range_m: f64,
-        roughness_per_m_rad: f64,
-        brightness: &str,
-        occlusion: bool,
-        keyframes: usize,
+        initial_range_m: Option<f64>,
+        roughness_per_m_rad: Option<f64>,
+        brightness: Option<&str>,
+        occlusion: Option<bool>,
+        keyframes: Option<usize>,
     ) -> PyResult<Self> {
-        let brightness = match brightness {
-            "measured" => Brightness::Measured,
-            "constant" => Brightness::Constant,
-            other => {
-                let text =
-                    format!("brightness: expected 'measured' or 'constant', found '{other}'");
-                return Err(exception(Kind::Value, text));
-            }
-        };
-        let config = DepthFilterConfig {
-            binning,
-            lags,
-            sigma_grey,
-            initial_range_m,
-            roughness_per_m_rad,
-            brightness,
-            occlusion,
-            keyframes,
-            ..DepthFilterConfig::default()
-        };
+        let mut config: DepthFilterConfig = settings(config)?;
+        let brightness = brightness.map(|word| named::<Brightness>(word, "brightness"));
+        let brightness = brightness.transpose()?;
+        keywords!(config {
+            binning = binning,
+            lags = lags,
+            sigma_grey = sigma_grey.map(Some),
+            initial_range_m = initial_range_m,
+            roughness_per_m_rad = roughness_per_m_rad,
+            brightness = brightness,
+            occlusion = occlusion,
+            keyframes = keyframes,
+        });
         let filter = DepthFilter::new(&camera.0, config).into_python()?;
         Ok(Self { filter })
     }

@@ -1,14 +1,19 @@
 //! `sphereflow.depth`: the observers and the variational methods of the thesis.
 
 use crate::camera::PyCamera;
+use crate::config::{DepthObserverConfig, FlowObserverConfig, keywords, settings};
 use crate::depth::{PyDepthResult, twist};
 use crate::errors::IntoPython;
-use crate::flow::{flow_from, grey, plane_array, positive};
+use crate::flow::{flow_from, grey, plane_array};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::{dict_of, item};
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use sphereflow_flow::{
-    DataTerm, DepthObserver, FlowObserver, ObserverConfig, PixelRays, SobolevConfig, SobolevDepth,
-    TvDepth, TvDepthConfig, VariationalDepth,
+use pyo3::types::PyDict;
+use sphereflow_core::checks::positive;
+use sphereflow_depth::{
+    DataTerm, DepthObserver, FlowObserver, PixelRays, SobolevConfig, SobolevDepth, TvDepth,
+    TvDepthConfig, VariationalDepth,
 };
 
 /// The observer that takes optical flow and known velocities.
@@ -17,9 +22,11 @@ use sphereflow_flow::{
 /// ----------
 /// camera : Camera
 ///     Any model.
-/// gain : float
+/// config : sphereflow.config.FlowObserverConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
+/// gain : float, optional
 ///     k, seconds per metre.
-/// initial_range_m : float
+/// initial_range_m : float, optional
 ///     Range everywhere at the start, metres.
 #[pyclass(name = "FlowObserver", module = "sphereflow.depth")]
 pub struct PyFlowObserver(FlowObserver);
@@ -27,13 +34,18 @@ pub struct PyFlowObserver(FlowObserver);
 #[pymethods]
 impl PyFlowObserver {
     #[new]
-    #[pyo3(signature = (camera, *, gain = 500.0, initial_range_m = 1.0))]
-    fn new(camera: &PyCamera, gain: f64, initial_range_m: f64) -> PyResult<Self> {
-        let config = ObserverConfig {
-            gain,
-            initial_range_m,
-            ..ObserverConfig::flow()
-        };
+    #[pyo3(signature = (camera, *, config = None, gain = None, initial_range_m = None))]
+    fn new(
+        camera: &PyCamera,
+        config: Option<&Bound<'_, PyAny>>,
+        gain: Option<f64>,
+        initial_range_m: Option<f64>,
+    ) -> PyResult<Self> {
+        let FlowObserverConfig(mut config) = settings(config)?;
+        keywords!(config {
+            gain = gain,
+            initial_range_m = initial_range_m,
+        });
         let rays = PixelRays::new(&camera.0).into_python()?;
         FlowObserver::new(&rays, config).into_python().map(Self)
     }
@@ -65,9 +77,11 @@ impl PyFlowObserver {
 /// ----------
 /// camera : Camera
 ///     Any model.
-/// gain : float
+/// config : sphereflow.config.DepthObserverConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
+/// gain : float, optional
 ///     k, metres per second.
-/// initial_range_m : float
+/// initial_range_m : float, optional
 ///     Range everywhere at the start, metres.
 #[pyclass(name = "DepthObserver", module = "sphereflow.depth")]
 pub struct PyDepthObserver(DepthObserver);
@@ -75,13 +89,18 @@ pub struct PyDepthObserver(DepthObserver);
 #[pymethods]
 impl PyDepthObserver {
     #[new]
-    #[pyo3(signature = (camera, *, gain = 30.0, initial_range_m = 1.0))]
-    fn new(camera: &PyCamera, gain: f64, initial_range_m: f64) -> PyResult<Self> {
-        let config = ObserverConfig {
-            gain,
-            initial_range_m,
-            ..ObserverConfig::depth()
-        };
+    #[pyo3(signature = (camera, *, config = None, gain = None, initial_range_m = None))]
+    fn new(
+        camera: &PyCamera,
+        config: Option<&Bound<'_, PyAny>>,
+        gain: Option<f64>,
+        initial_range_m: Option<f64>,
+    ) -> PyResult<Self> {
+        let DepthObserverConfig(mut config) = settings(config)?;
+        keywords!(config {
+            gain = gain,
+            initial_range_m = initial_range_m,
+        });
         let rays = PixelRays::new(&camera.0).into_python()?;
         DepthObserver::new(&rays, config).into_python().map(Self)
     }
@@ -116,6 +135,19 @@ pub struct PyVariationalDepth {
     iterations: usize,
 }
 
+impl PyVariationalDepth {
+    /// From the state that `__reduce__` gives.
+    pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let dict = dict_of(state)?;
+        Ok(Self {
+            inv_range: item(dict, "inv_range")?.extract::<Py<PyArray2<f32>>>()?,
+            energy: item(dict, "energy")?.extract()?,
+            residual: item(dict, "residual")?.extract()?,
+            iterations: item(dict, "iterations")?.extract()?,
+        })
+    }
+}
+
 #[pymethods]
 impl PyVariationalDepth {
     /// 1/D per metre, (H, W); NaN where unknown, everywhere without translation.
@@ -141,6 +173,15 @@ impl PyVariationalDepth {
     fn iterations(&self) -> usize {
         self.iterations
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let state = PyDict::new(py);
+        state.set_item("inv_range", self.inv_range.bind(py))?;
+        state.set_item("energy", self.energy)?;
+        state.set_item("residual", self.residual)?;
+        state.set_item("iterations", self.iterations)?;
+        reduced(py, "VariationalDepth", state.into_any())
+    }
 }
 
 fn result(py: Python<'_>, depth: VariationalDepth) -> PyResult<PyVariationalDepth> {
@@ -164,9 +205,11 @@ fn result(py: Python<'_>, depth: VariationalDepth) -> PyResult<PyVariationalDept
 ///     Velocities between the images, camera frame.
 /// dt_s : float
 ///     Seconds between the images.
-/// alpha_m_s : float
+/// config : sphereflow.config.SobolevConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
+/// alpha_m_s : float, optional
 ///     Weight of smoothness, metres per second.
-/// iterations : int
+/// iterations : int, optional
 ///     Iterations of the multigrid solver at most.
 /// start : array_like, (H, W), optional
 ///     Inverse range to start from.
@@ -176,7 +219,7 @@ fn result(py: Python<'_>, depth: VariationalDepth) -> PyResult<PyVariationalDept
 /// ShapeError, DtypeError, ValueRangeError
 ///     Naming the argument.
 #[pyfunction]
-#[pyo3(name = "sobolev_depth", signature = (camera, image0, image1, *, v_m_s, omega_rad_s, dt_s, alpha_m_s = 300.0, iterations = 60, start = None))]
+#[pyo3(name = "sobolev_depth", signature = (camera, image0, image1, *, v_m_s, omega_rad_s, dt_s, config = None, alpha_m_s = None, iterations = None, start = None))]
 #[allow(clippy::too_many_arguments)] // keyword arguments of Python
 pub fn py_sobolev_depth(
     py: Python<'_>,
@@ -186,18 +229,19 @@ pub fn py_sobolev_depth(
     v_m_s: &Bound<'_, PyAny>,
     omega_rad_s: &Bound<'_, PyAny>,
     dt_s: f64,
-    alpha_m_s: f64,
-    iterations: usize,
+    config: Option<&Bound<'_, PyAny>>,
+    alpha_m_s: Option<f64>,
+    iterations: Option<usize>,
     start: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyVariationalDepth> {
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
     let twist = twist(v_m_s, omega_rad_s)?;
     let start = start.map(|start| grey(start, "start")).transpose()?;
-    let config = SobolevConfig {
-        alpha_m_s,
-        iterations,
-        ..SobolevConfig::default()
-    };
+    let mut config: SobolevConfig = settings(config)?;
+    keywords!(config {
+        alpha_m_s = alpha_m_s,
+        iterations = iterations,
+    });
     let found = py.detach(|| {
         let rays = PixelRays::new(&camera.0)?;
         let data = DataTerm::of_pair(&rays, &image0, &image1, &twist, dt_s)?;
@@ -218,11 +262,13 @@ pub fn py_sobolev_depth(
 ///     Velocities between the images, camera frame.
 /// dt_s : float
 ///     Seconds between the images.
-/// weight : float
+/// config : sphereflow.config.TvDepthConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
+/// weight : float, optional
 ///     Weight of the data: the thesis's alpha squared.
-/// iterations : int
+/// iterations : int, optional
 ///     Iterations at most.
-/// gap : float
+/// gap : float, optional
 ///     Relative duality gap at which to stop, 0 to use all iterations.
 /// start : array_like, (H, W), optional
 ///     Inverse range to start from.
@@ -232,7 +278,7 @@ pub fn py_sobolev_depth(
 /// ShapeError, DtypeError, ValueRangeError
 ///     Naming the argument.
 #[pyfunction]
-#[pyo3(name = "tv_l1_depth", signature = (camera, image0, image1, *, v_m_s, omega_rad_s, dt_s, weight = 0.5, iterations = 400, gap = 1e-3, start = None))]
+#[pyo3(name = "tv_l1_depth", signature = (camera, image0, image1, *, v_m_s, omega_rad_s, dt_s, config = None, weight = None, iterations = None, gap = None, start = None))]
 #[allow(clippy::too_many_arguments)] // keyword arguments of Python
 pub fn py_tv_l1_depth(
     py: Python<'_>,
@@ -242,21 +288,24 @@ pub fn py_tv_l1_depth(
     v_m_s: &Bound<'_, PyAny>,
     omega_rad_s: &Bound<'_, PyAny>,
     dt_s: f64,
-    weight: f64,
-    iterations: usize,
-    gap: f64,
+    config: Option<&Bound<'_, PyAny>>,
+    weight: Option<f64>,
+    iterations: Option<usize>,
+    gap: Option<f64>,
     start: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyVariationalDepth> {
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
     let twist = twist(v_m_s, omega_rad_s)?;
     let start = start.map(|start| grey(start, "start")).transpose()?;
-    positive(weight, "weight")?;
-    let config = TvDepthConfig {
-        lambda: weight,
-        iterations,
-        gap,
-        ..TvDepthConfig::default()
-    };
+    if let Some(weight) = weight {
+        positive("weight", weight).into_python()?;
+    }
+    let mut config: TvDepthConfig = settings(config)?;
+    keywords!(config {
+        lambda = weight,
+        iterations = iterations,
+        gap = gap,
+    });
     let found = py.detach(|| {
         let rays = PixelRays::new(&camera.0)?;
         let data = DataTerm::of_pair(&rays, &image0, &image1, &twist, dt_s)?;

@@ -96,3 +96,11 @@ pub fn core_error(error: &CoreError) -> PyErr {
     };
     exception(kind, error)
 }
+
+impl<T> IntoPython<T> for Result<T, sphereflow_observers::Error> {
+    fn into_python(self) -> PyResult<T> {
+        self.map_err(|error| match error {
+            sphereflow_observers::Error::Core(error) => core_error(&error),
+        })
+    }
+}

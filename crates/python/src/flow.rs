@@ -1,22 +1,16 @@
 //! `sphereflow.flow`: optical flow between two images, and denoising.
 
 use crate::arrays::floats;
-use crate::errors::{IntoPython, Kind, core_error, exception};
+use crate::config::{SolverKind, keywords, parts, settings, solver as solver_of};
+use crate::errors::IntoPython;
+use crate::plain::named;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_core::Plane;
+use sphereflow_core::checks::positive;
 use sphereflow_flow::{
-    Error, FlowField, HornSchunckConfig, HornSchunckSolver, RofConfig, TvL1Config, horn_schunck,
-    rof_denoise, tv_l1,
+    FlowField, HornSchunckConfig, RofConfig, TvL1Config, horn_schunck, rof_denoise, tv_l1,
 };
-
-impl<T> IntoPython<T> for Result<T, Error> {
-    fn into_python(self) -> PyResult<T> {
-        self.map_err(|error| match error {
-            Error::Core(error) => core_error(&error),
-        })
-    }
-}
 
 /// An `(H, W)` image of brightness, of any number type.
 pub fn grey(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Plane<f32>> {
@@ -24,15 +18,6 @@ pub fn grey(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Plane<f32>> {
     let (height, width) = (array.shape()[0], array.shape()[1]);
     let data = array.as_slice()?.iter().map(|v| *v as f32).collect();
     Plane::from_vec(width, height, data).into_python()
-}
-
-/// Refuses what is not a positive finite number, by the name it has in Python.
-pub fn positive(value: f64, name: &str) -> PyResult<()> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    let text = format!("{name}: expected a positive finite number, found {value}");
-    Err(exception(Kind::Value, text))
 }
 
 /// An `(H, W)` array of a plane.
@@ -70,13 +55,15 @@ fn flow_array<'py>(py: Python<'py>, flow: &FlowField) -> PyResult<Bound<'py, PyA
 /// image0, image1 : array_like, (H, W)
 ///     Brightness, of any scale. The motion between them should be below about a pixel, or near
 ///     `start`.
-/// alpha : float
+/// config : sphereflow.config.HornSchunckConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
+/// alpha : float, optional
 ///     Weight of smoothness, grey levels.
-/// solver : {'jacobi', 'sor'}
+/// solver : {'jacobi', 'sor'}, optional
 ///     Jacobi's iteration as printed in the thesis, or over-relaxation until converged.
-/// sweeps : int
+/// sweeps : int, optional
 ///     Sweeps over the image ('sor': at most).
-/// aspect : float
+/// aspect : float, optional
 ///     Height over width of a pixel.
 /// start : array_like, (H, W, 2), optional
 ///     Flow to start from, pixels.
@@ -93,36 +80,29 @@ fn flow_array<'py>(py: Python<'py>, flow: &FlowField) -> PyResult<Bound<'py, PyA
 /// ShapeError, DtypeError, ValueRangeError
 ///     Naming the argument.
 #[pyfunction]
-#[pyo3(name = "horn_schunck", signature = (image0, image1, *, alpha = 10.0, solver = "jacobi", sweeps = 50, aspect = 1.0, start = None))]
+#[pyo3(name = "horn_schunck", signature = (image0, image1, *, config = None, alpha = None, solver = None, sweeps = None, aspect = None, start = None))]
 #[allow(clippy::too_many_arguments)] // keyword arguments of Python
 pub fn py_horn_schunck<'py>(
     py: Python<'py>,
     image0: &Bound<'py, PyAny>,
     image1: &Bound<'py, PyAny>,
-    alpha: f32,
-    solver: &str,
-    sweeps: usize,
-    aspect: f32,
+    config: Option<&Bound<'py, PyAny>>,
+    alpha: Option<f32>,
+    solver: Option<&str>,
+    sweeps: Option<usize>,
+    aspect: Option<f32>,
     start: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray3<f32>>> {
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
     let start = start.map(|start| flow_from(start, "start")).transpose()?;
-    let solver = match solver {
-        "jacobi" => HornSchunckSolver::Jacobi { sweeps },
-        "sor" => HornSchunckSolver::Sor {
-            tolerance_px: 1e-4,
-            sweeps,
-        },
-        other => {
-            let text = format!("solver: expected 'jacobi' or 'sor', found '{other}'");
-            return Err(exception(Kind::Value, text));
-        }
-    };
-    let config = HornSchunckConfig {
-        alpha,
-        aspect,
-        solver,
-    };
+    let mut config: HornSchunckConfig = settings(config)?;
+    keywords!(config {
+        alpha = alpha,
+        aspect = aspect,
+    });
+    let (kind, its_sweeps, tolerance_px) = parts(&config.solver);
+    let kind = solver.map_or(Ok(kind), |word| named::<SolverKind>(word, "solver"))?;
+    config.solver = solver_of((kind, sweeps.unwrap_or(its_sweeps), tolerance_px));
     let flow = py.detach(|| horn_schunck(&image0, &image1, &config, start.as_ref()));
     flow_array(py, &flow.into_python()?)
 }
@@ -133,18 +113,20 @@ pub fn py_horn_schunck<'py>(
 /// ----------
 /// image0, image1 : array_like, (H, W)
 ///     Brightness from 1 to 256 (another scale wants another `weight`).
+/// config : sphereflow.config.TvL1Config, optional
+///     All settings. The keywords that follow, where given, replace what it says.
 /// weight : float, optional
 ///     Weight of the data, per grey level: the thesis's alpha squared. `None`: 0.25 for images without noise,
 ///     and less, by the noise that is measured.
 /// split : float, optional
 ///     How far the flow that fits the data may lie from the smooth one, 1/(2 beta squared) of the thesis: noise
 ///     is not fitted. 0 for an absolute data term. `None`: 0.2, and up to 0.4 with noise.
-/// warps, iterations, levels : int
+/// warps, iterations, levels : int, optional
 ///     Linearisations per level, iterations per linearisation, pyramid levels. A video whose flow
 ///     starts from the one before does with 3, 20 and 1.
 /// presmooth_px : float, optional
 ///     Standard deviation of the Gaussian that smooths both images first. `None`: 0.5, and up to 0.8 with noise.
-/// median_radius : int
+/// median_radius : int, optional
 ///     Radius of the median filter of the flow after each linearisation: 0 for none, 1 or 2.
 /// start : array_like, (H, W, 2), optional
 ///     Flow to start from, pixels.
@@ -161,35 +143,37 @@ pub fn py_horn_schunck<'py>(
 /// ShapeError, DtypeError, ValueRangeError
 ///     Naming the argument.
 #[pyfunction]
-#[pyo3(name = "tv_l1", signature = (image0, image1, *, weight = None, split = None, warps = 5, iterations = 20, levels = 5, presmooth_px = None, median_radius = 1, start = None))]
+#[pyo3(name = "tv_l1", signature = (image0, image1, *, config = None, weight = None, split = None, warps = None, iterations = None, levels = None, presmooth_px = None, median_radius = None, start = None))]
 #[allow(clippy::too_many_arguments)] // keyword arguments of Python
 pub fn py_tv_l1<'py>(
     py: Python<'py>,
     image0: &Bound<'py, PyAny>,
     image1: &Bound<'py, PyAny>,
+    config: Option<&Bound<'py, PyAny>>,
     weight: Option<f32>,
     split: Option<f32>,
-    warps: usize,
-    iterations: usize,
-    levels: usize,
+    warps: Option<usize>,
+    iterations: Option<usize>,
+    levels: Option<usize>,
     presmooth_px: Option<f32>,
-    median_radius: usize,
+    median_radius: Option<usize>,
     start: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray3<f32>>> {
     let (image0, image1) = (grey(image0, "image0")?, grey(image1, "image1")?);
     let start = start.map(|start| flow_from(start, "start")).transpose()?;
     if let Some(weight) = weight {
-        positive(f64::from(weight), "weight")?;
+        positive("weight", f64::from(weight)).into_python()?;
     }
-    let config = TvL1Config {
-        lambda: weight,
-        warps,
-        iterations,
-        levels,
-        split,
-        median_radius,
-        presmooth_px,
-    };
+    let mut config: TvL1Config = settings(config)?;
+    keywords!(config {
+        lambda = weight.map(Some),
+        split = split.map(Some),
+        warps = warps,
+        iterations = iterations,
+        levels = levels,
+        median_radius = median_radius,
+        presmooth_px = presmooth_px.map(Some),
+    });
     let flow = py.detach(|| tv_l1(&image0, &image1, &config, start.as_ref()));
     flow_array(py, &flow.into_python()?)
 }
@@ -200,9 +184,11 @@ pub fn py_tv_l1<'py>(
 /// ----------
 /// image : array_like, (H, W)
 ///     Brightness.
-/// weight : float
+/// config : sphereflow.config.RofConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
+/// weight : float, optional
 ///     Weight of the data, per grey level: large keeps the image, small smooths it.
-/// iterations : int
+/// iterations : int, optional
 ///     Iterations.
 ///
 /// Returns
@@ -215,20 +201,23 @@ pub fn py_tv_l1<'py>(
 /// ShapeError, DtypeError, ValueRangeError
 ///     Naming the argument.
 #[pyfunction]
-#[pyo3(name = "rof_denoise", signature = (image, *, weight = 0.05, iterations = 100))]
+#[pyo3(name = "rof_denoise", signature = (image, *, config = None, weight = None, iterations = None))]
 pub fn py_rof_denoise<'py>(
     py: Python<'py>,
     image: &Bound<'py, PyAny>,
-    weight: f32,
-    iterations: usize,
+    config: Option<&Bound<'py, PyAny>>,
+    weight: Option<f32>,
+    iterations: Option<usize>,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let image = grey(image, "image")?;
-    positive(f64::from(weight), "weight")?;
-    let config = RofConfig {
-        beta2: weight,
-        iterations,
-        ..RofConfig::default()
-    };
+    if let Some(weight) = weight {
+        positive("weight", f64::from(weight)).into_python()?;
+    }
+    let mut config: RofConfig = settings(config)?;
+    keywords!(config {
+        beta2 = weight,
+        iterations = iterations,
+    });
     let denoised = py.detach(|| rof_denoise(&image, &config)).into_python()?;
     plane_array(py, denoised)
 }

@@ -1,8 +1,11 @@
 //! `Frame` and the iterator over frames decoded ahead.
 
 use crate::errors::IntoPython;
+use crate::pickle::{Reduced, reduced};
+use crate::plain::{dict_of, item};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use sphereflow_core::{Plane, RgbdFrame, Stamp};
 use sphereflow_io::recording::FrameStream;
 use std::sync::{Mutex, PoisonError};
@@ -43,6 +46,18 @@ impl PyFrame {
             imu_count: frame.imu.len(),
         })
     }
+
+    /// From the state that `__reduce__` gives.
+    pub fn from_state(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let dict = dict_of(state)?;
+        Ok(Self {
+            stamp_ns: item(dict, "stamp_ns")?.extract()?,
+            colour: item(dict, "colour")?.extract::<Option<Py<PyArray3<u8>>>>()?,
+            depth_m: item(dict, "depth_m")?.extract::<Option<Py<PyArray2<f32>>>>()?,
+            range_m: item(dict, "range_m")?.extract::<Option<Py<PyArray2<f32>>>>()?,
+            imu_count: item(dict, "imu_count")?.extract()?,
+        })
+    }
 }
 
 #[pymethods]
@@ -70,6 +85,16 @@ impl PyFrame {
     #[getter]
     fn range_m(&self, py: Python<'_>) -> Option<Py<PyArray2<f32>>> {
         self.range_m.as_ref().map(|array| array.clone_ref(py))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let state = PyDict::new(py);
+        state.set_item("stamp_ns", self.stamp_ns)?;
+        state.set_item("colour", &self.colour)?;
+        state.set_item("depth_m", &self.depth_m)?;
+        state.set_item("range_m", &self.range_m)?;
+        state.set_item("imu_count", self.imu_count)?;
+        reduced(py, "Frame", state.into_any())
     }
 
     fn __repr__(&self) -> String {

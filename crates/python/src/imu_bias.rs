@@ -1,89 +1,30 @@
 //! `ImuBiasEstimator`: biases of gyro and accelerometer from velocities, sample by sample and of a
 //! whole recording.
 
-use crate::arrays::{stamps, vectors3};
-use crate::attitude::{reason_text, unknown, vector3};
+mod samples;
+
+use crate::arguments::{reason_text, vector3};
+use crate::arrays::{array1, square};
+use crate::config::{keywords, settings};
 use crate::errors::{IntoPython, core_error};
-use crate::observers::{array1, square};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::reason_values;
+use crate::plain::{Plain, named};
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use pyo3::types::PyList;
+use samples::{measured, samples};
+use sphereflow_core::ReasonCode;
 use sphereflow_observers::Status;
 use sphereflow_observers::imu_bias::{
-    ImuBiasConfig, ImuBiasEstimator, ImuBiasMethod, ImuBiasRun, ImuBiasSample, ImuBiasState,
-    VelocityMeasurement,
+    ImuBiasConfig, ImuBiasEstimator, ImuBiasMethod, ImuBiasRun, ImuBiasState,
 };
-
-/// A velocity with the same standard deviations on all axes.
-fn measured(
-    linear: Vector3<f64>,
-    angular: Option<Vector3<f64>>,
-    [linear_sigma, angular_sigma]: [f64; 2],
-    mean: bool,
-) -> VelocityMeasurement {
-    VelocityMeasurement {
-        is_mean: mean,
-        is_mean_angular: mean,
-        ..VelocityMeasurement::isotropic(linear, linear_sigma, angular, angular_sigma)
-    }
-}
-
-/// Rows of [gyro, accelerometer, velocity, angular velocity, field] as samples.
-fn samples(
-    stamp_ns: &Bound<'_, PyAny>,
-    columns: [Option<&Bound<'_, PyAny>>; 5],
-    sigmas: [f64; 2],
-    mean: bool,
-) -> PyResult<Vec<ImuBiasSample>> {
-    const NAMES: [&str; 5] = [
-        "gyro_rad_s",
-        "accel_m_s2",
-        "velocity_m_s",
-        "angular_rad_s",
-        "mag_ut",
-    ];
-    let stamps = stamps(stamp_ns, "stamp_ns")?;
-    let count = stamps.len();
-    let mut read: [Option<Vec<Vector3<f64>>>; 5] = Default::default();
-    for ((column, name), read) in columns.into_iter().zip(NAMES).zip(&mut read) {
-        let Some(column) = column else { continue };
-        let rows = vectors3(column, name)?;
-        if rows.len() != count {
-            let (expected, found) = (format!("({count}, 3)"), format!("({}, 3)", rows.len()));
-            return Err(core_error(&sphereflow_core::Error::shape(
-                name, expected, found,
-            )));
-        }
-        *read = Some(rows);
-    }
-    let at = |column: usize, i: usize| read[column].as_ref().map(|rows| rows[i]);
-    let known = |column: usize, i: usize| at(column, i).filter(|v| !v.iter().all(|x| x.is_nan()));
-    // Time goes on from the last stamp that increased; those that do not are skipped samples.
-    let mut last = None;
-    let mut step = |i: usize| {
-        let before = last.unwrap_or(stamps[i]);
-        let first = stamps
-            .get(1)
-            .map_or(0.01, |next| next.seconds_since(stamps[0]));
-        let dt_s = last.map_or(first, |last| stamps[i].seconds_since(last));
-        last = Some(before.max(stamps[i]));
-        dt_s
-    };
-    Ok((0..count)
-        .map(|i| ImuBiasSample {
-            dt_s: step(i),
-            gyro_rad_s: at(0, i).unwrap_or_default(),
-            accel_m_s2: at(1, i).unwrap_or_default(),
-            velocity: known(2, i).map(|v| measured(v, known(3, i), sigmas, mean)),
-            mag: known(4, i),
-        })
-        .collect())
-}
 
 /// The answers for a recording.
 #[pyclass(name = "ImuBiasRun", module = "sphereflow.observers", frozen)]
-pub struct PyImuBiasRun(ImuBiasRun);
+pub struct PyImuBiasRun(pub ImuBiasRun);
 
 impl PyImuBiasRun {
     fn rows<'py>(
@@ -145,14 +86,25 @@ impl PyImuBiasRun {
         PyList::new(py, reasons)
     }
 
+    /// The reason's code for each state, None where all is well.
+    #[getter]
+    fn reason_code<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let codes = self.0.states.iter().map(|s| s.status.reason());
+        PyList::new(py, codes.map(|why| why.map(|why| why.code())))
+    }
+
     fn __len__(&self) -> usize {
         self.0.states.len()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "ImuBiasRun", self.0.to_plain(py)?)
     }
 }
 
 /// What is known of the IMU's biases after a sample; body frame.
 #[pyclass(name = "ImuBiasState", module = "sphereflow.observers", frozen)]
-pub struct PyImuBiasState(ImuBiasState);
+pub struct PyImuBiasState(pub ImuBiasState);
 
 #[pymethods]
 impl PyImuBiasState {
@@ -198,6 +150,22 @@ impl PyImuBiasState {
     fn reason(&self) -> Option<String> {
         reason_text(self.0.status.reason())
     }
+
+    /// Stable code of the reason, in snake_case (docs/reason-codes.md); None where there is none.
+    #[getter]
+    fn reason_code(&self) -> Option<&'static str> {
+        self.0.status.reason().map(|why| why.code())
+    }
+
+    /// The values that decided, by name; empty where there is no reason.
+    #[getter]
+    fn reason_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        reason_values(py, self.0.status.reason().as_ref())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "ImuBiasState", self.0.to_plain(py)?)
+    }
 }
 
 /// Biases of gyro and accelerometer, gravity and velocity from velocities measured in images (the
@@ -205,9 +173,11 @@ impl PyImuBiasState {
 ///
 /// Parameters
 /// ----------
-/// method : {'ekf', 'observer'}
+/// method : {'ekf', 'observer'}, optional
 ///     An extended Kalman filter, or the thesis's observer (7.4).
-/// gravity_m_s2 : float
+/// config : sphereflow.config.ImuBiasConfig, optional
+///     All settings. The other arguments, where given, replace what it says.
+/// gravity_m_s2 : float, optional
 ///     Local norm of gravity.
 /// field_dot_down : float or None
 ///     Scalar product of the unit vectors of magnetic field and gravity (the sine of the dip);
@@ -224,13 +194,14 @@ pub struct PyImuBiasEstimator(ImuBiasEstimator);
 #[pymethods]
 impl PyImuBiasEstimator {
     #[new]
-    #[pyo3(signature = (method = "ekf", *, gravity_m_s2 = 9.81, field_dot_down = None,
-        gyro_sigma_rad_s = None, accel_sigma_m_s2 = None, gyro_walk = None, accel_walk = None,
-        gyro_bias_sigma = None, accel_bias_sigma = None))]
+    #[pyo3(signature = (method = None, *, config = None, gravity_m_s2 = None,
+        field_dot_down = None, gyro_sigma_rad_s = None, accel_sigma_m_s2 = None, gyro_walk = None,
+        accel_walk = None, gyro_bias_sigma = None, accel_bias_sigma = None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
-        method: &str,
-        gravity_m_s2: f64,
+        method: Option<&str>,
+        config: Option<&Bound<'_, PyAny>>,
+        gravity_m_s2: Option<f64>,
         field_dot_down: Option<f64>,
         gyro_sigma_rad_s: Option<f64>,
         accel_sigma_m_s2: Option<f64>,
@@ -239,24 +210,19 @@ impl PyImuBiasEstimator {
         gyro_bias_sigma: Option<f64>,
         accel_bias_sigma: Option<f64>,
     ) -> PyResult<Self> {
-        let method = match method {
-            "ekf" => ImuBiasMethod::Ekf,
-            "observer" => ImuBiasMethod::Observer,
-            other => return Err(unknown("method", "'ekf' or 'observer'", other)),
-        };
-        let defaults = ImuBiasConfig::default();
-        let config = ImuBiasConfig {
-            method,
-            gravity_m_s2,
-            field_dot_down,
-            gyro_sigma_rad_s: gyro_sigma_rad_s.unwrap_or(defaults.gyro_sigma_rad_s),
-            accel_sigma_m_s2: accel_sigma_m_s2.unwrap_or(defaults.accel_sigma_m_s2),
-            gyro_walk: gyro_walk.unwrap_or(defaults.gyro_walk),
-            accel_walk: accel_walk.unwrap_or(defaults.accel_walk),
-            gyro_bias_sigma: gyro_bias_sigma.unwrap_or(defaults.gyro_bias_sigma),
-            accel_bias_sigma: accel_bias_sigma.unwrap_or(defaults.accel_bias_sigma),
-            ..defaults
-        };
+        let mut config: ImuBiasConfig = settings(config)?;
+        let method = method.map(|word| named::<ImuBiasMethod>(word, "method"));
+        keywords!(config {
+            method = method.transpose()?,
+            gravity_m_s2 = gravity_m_s2,
+            field_dot_down = field_dot_down.map(Some),
+            gyro_sigma_rad_s = gyro_sigma_rad_s,
+            accel_sigma_m_s2 = accel_sigma_m_s2,
+            gyro_walk = gyro_walk,
+            accel_walk = accel_walk,
+            gyro_bias_sigma = gyro_bias_sigma,
+            accel_bias_sigma = accel_bias_sigma,
+        });
         ImuBiasEstimator::new(config).into_python().map(Self)
     }
 

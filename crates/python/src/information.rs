@@ -3,13 +3,15 @@
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use crate::motion_arguments::{Image, matrix6};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use sphereflow_odometry::{Information, direction_name, information};
+use sphereflow_alignment::{Information, direction_name, information};
 
 /// What one range image lets see of the camera's motion (Theorem 3).
 #[pyclass(name = "Information", module = "sphereflow.odometry", frozen)]
-pub struct PyInformation(Information);
+pub struct PyInformation(pub Information);
 
 #[pymethods]
 impl PyInformation {
@@ -73,6 +75,10 @@ impl PyInformation {
             "Information(score={:.4}, mean_range_m={:.3}, domains={})",
             self.0.score, self.0.mean_range_m, self.0.domains
         )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "Information", self.0.to_plain(py)?)
     }
 }
 

@@ -1,11 +1,15 @@
 //! The Python module `sphereflow._native`: argument checks, views, error mapping; no arithmetic on pixels.
 
+mod arguments;
 mod arrays;
 mod attitude;
 mod calibration;
+mod calibration_file;
 mod camera;
+mod config;
 mod depth;
 mod depth_thesis;
+mod engine;
 mod errors;
 mod flow;
 mod frame;
@@ -16,6 +20,8 @@ mod motion_arguments;
 mod navigation;
 mod observers;
 mod odometry;
+mod pickle;
+mod plain;
 mod position;
 mod range_flow;
 mod recording;
@@ -25,6 +31,7 @@ mod simulated_frame;
 mod slam;
 mod solver;
 mod trajectory;
+mod update;
 mod velocity;
 
 use pyo3::prelude::*;
@@ -39,13 +46,19 @@ mod _native {
     #[pymodule_export]
     use crate::calibration::{calibrate_camera_imu, calibrate_imu_still, calibrate_mag_ellipsoid};
     #[pymodule_export]
+    use crate::calibration_file::PyCalibration;
+    #[pymodule_export]
     use crate::camera::PyCamera;
+    #[pymodule_export]
+    use crate::config::{check_config, default_config};
     #[pymodule_export]
     use crate::depth::{PyDepthFilter, PyDepthResult};
     #[pymodule_export]
     use crate::depth_thesis::{
         PyDepthObserver, PyFlowObserver, PyVariationalDepth, py_sobolev_depth, py_tv_l1_depth,
     };
+    #[pymodule_export]
+    use crate::engine::PyEngine;
     #[pymodule_export]
     use crate::flow::{py_horn_schunck, py_rof_denoise, py_tv_l1};
     #[pymodule_export]
@@ -61,7 +74,11 @@ mod _native {
     #[pymodule_export]
     use crate::observers::{PyVelocityBiasEstimator, PyVelocityBiasState};
     #[pymodule_export]
-    use crate::odometry::{PyDepthOdometry, PyOdometryResult, PyOptimiseReport};
+    use crate::odometry::{PyDepthOdometry, PyOdometryResult};
+    #[pymodule_export]
+    use crate::pickle::restore;
+    #[pymodule_export]
+    use crate::plain::reason_codes;
     #[pymodule_export]
     use crate::position::PyPositionObserver;
     #[pymodule_export]
@@ -82,7 +99,9 @@ mod _native {
         PySimilarityGraph, PySolverResult,
     };
     #[pymodule_export]
-    use crate::trajectory::{PyTrajectory, associate};
+    use crate::trajectory::{PyTrajectory, py_associate};
+    #[pymodule_export]
+    use crate::update::PyUpdate;
     #[pymodule_export]
     use crate::velocity::{PyVelocityEstimate, py_estimate_velocity};
 

@@ -1,12 +1,14 @@
 //! Arguments and results that the estimators of motion share.
 
 use crate::arrays::{floats, metres};
+use crate::config::{keywords, noise_named};
 use crate::errors::{Kind, exception};
+use crate::plain::named;
 use nalgebra::{Matrix6, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use sphereflow_alignment::{Config, DepthImage, Method};
 use sphereflow_core::{DepthMap, RangeMap, TrackStatus};
-use sphereflow_odometry::{Config, DepthImage, Method, NoiseModel};
 
 /// A depth image of the camera's size: along the axis, or along the ray where `along == "ray"`.
 pub enum Image {
@@ -54,39 +56,25 @@ pub fn reason(status: &TrackStatus) -> Option<String> {
     status.reason().map(|reason| reason.to_string())
 }
 
-pub fn config(
-    method: &str,
+/// Settings of the alignment with the keywords that were given.
+pub fn with_keywords(
+    mut config: Config,
+    method: Option<&str>,
     domains: Option<usize>,
     max_std_m: Option<f64>,
-    noise: &str,
+    noise: Option<&str>,
 ) -> PyResult<Config> {
-    let noise = match noise {
-        "disparity" => NoiseModel::Disparity,
-        "time_of_flight" => NoiseModel::time_of_flight(),
-        _ => {
-            let text = format!("noise: expected 'disparity' or 'time_of_flight', found '{noise}'");
-            return Err(exception(Kind::Value, text));
-        }
-    };
-    let method = match method {
-        "pyramid" => Method::Pyramid,
-        "single" => Method::Single,
-        _ => {
-            return Err(exception(
-                Kind::Value,
-                format!(
-                    "method: expected 'pyramid', 'single' (or, for a pair, 'thesis'), found '{method}'"
-                ),
-            ));
-        }
-    };
-    let default = Config::of(method);
-    Ok(Config {
-        domains: domains.unwrap_or(default.domains),
-        max_std_m: max_std_m.unwrap_or(default.max_std_m),
-        noise,
-        ..default
-    })
+    if let Some(method) = method {
+        let of_method = Config::of(named::<Method>(method, "method")?);
+        (config.block, config.levels) = (of_method.block, of_method.levels);
+    }
+    let noise = noise.map(noise_named).transpose()?;
+    keywords!(config {
+        domains = domains,
+        max_std_m = max_std_m,
+        noise = noise,
+    });
+    Ok(config)
 }
 
 /// Three finite numbers.

@@ -1,14 +1,19 @@
 //! `NavigationFilter`: pose, velocity and biases from whatever comes.
 
-use crate::arrays::floats;
-use crate::attitude::{reason_text, vector3, xyzw};
+use crate::arguments::{covariance3, reason_text, vector3};
+use crate::arrays::{array1, floats, square, xyzw};
+use crate::config::{keywords, settings};
 use crate::errors::IntoPython;
-use crate::observers::{array1, covariance3, square};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
+use crate::plain::reason_values;
 use crate::trajectory::pose_from;
 use nalgebra::{Matrix6, Vector6};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use sphereflow_core::{ImuSample, Pose, Stamp};
+use pyo3::types::PyDict;
+use sphereflow_core::ReasonCode;
+use sphereflow_core::{ImuSample, Stamp};
 use sphereflow_observers::Status;
 use sphereflow_observers::navigation::{NavigationConfig, NavigationFilter, NavigationState};
 
@@ -21,7 +26,7 @@ fn outcome(status: Status) -> Outcome {
 
 /// What the filter says of an instant.
 #[pyclass(name = "NavigationState", module = "sphereflow.navigation", frozen)]
-pub struct PyNavigationState(NavigationState);
+pub struct PyNavigationState(pub NavigationState);
 
 #[pymethods]
 impl PyNavigationState {
@@ -87,8 +92,24 @@ impl PyNavigationState {
         reason_text(self.0.status.reason())
     }
 
+    /// Stable code of the reason, in snake_case (docs/reason-codes.md); None where there is none.
+    #[getter]
+    fn reason_code(&self) -> Option<&'static str> {
+        self.0.status.reason().map(|why| why.code())
+    }
+
+    /// The values that decided, by name; empty where there is no reason.
+    #[getter]
+    fn reason_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        reason_values(py, self.0.status.reason().as_ref())
+    }
+
     fn __repr__(&self) -> String {
         format!("NavigationState({})", self.0.status)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "NavigationState", self.0.to_plain(py)?)
     }
 }
 
@@ -97,15 +118,17 @@ impl PyNavigationState {
 ///
 /// Parameters
 /// ----------
+/// config : sphereflow.config.NavigationConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
 /// gravity_m_s2 : array_like, (3,), or None
 ///     Gravity itself in the world; (0, 9.81, 0) if None: y down.
 /// body_from_camera : array_like, (4, 4), or None
 ///     Where the camera sits on the IMU.
-/// gyro_sigma_rad_s, accel_sigma_m_s2 : float
+/// gyro_sigma_rad_s, accel_sigma_m_s2 : float, optional
 ///     Standard deviations of one reading.
-/// gyro_walk, accel_walk : float
+/// gyro_walk, accel_walk : float, optional
 ///     How the biases wander, rad/s/sqrt(s), m/s^2/sqrt(s).
-/// max_delay_s : float
+/// max_delay_s : float, optional
 ///     So late may a sample come.
 #[pyclass(name = "NavigationFilter", module = "sphereflow.navigation")]
 pub struct PyNavigationFilter(NavigationFilter);
@@ -113,34 +136,32 @@ pub struct PyNavigationFilter(NavigationFilter);
 #[pymethods]
 impl PyNavigationFilter {
     #[new]
-    #[pyo3(signature = (*, gravity_m_s2 = None, body_from_camera = None, gyro_sigma_rad_s = 2.5e-3,
-        accel_sigma_m_s2 = 0.03, gyro_walk = 2e-5, accel_walk = 5e-4, max_delay_s = 0.5))]
+    #[pyo3(signature = (*, config = None, gravity_m_s2 = None, body_from_camera = None,
+        gyro_sigma_rad_s = None, accel_sigma_m_s2 = None, gyro_walk = None, accel_walk = None,
+        max_delay_s = None))]
+    #[allow(clippy::too_many_arguments)]
     fn new(
+        config: Option<&Bound<'_, PyAny>>,
         gravity_m_s2: Option<&Bound<'_, PyAny>>,
         body_from_camera: Option<&Bound<'_, PyAny>>,
-        gyro_sigma_rad_s: f64,
-        accel_sigma_m_s2: f64,
-        gyro_walk: f64,
-        accel_walk: f64,
-        max_delay_s: f64,
+        gyro_sigma_rad_s: Option<f64>,
+        accel_sigma_m_s2: Option<f64>,
+        gyro_walk: Option<f64>,
+        accel_walk: Option<f64>,
+        max_delay_s: Option<f64>,
     ) -> PyResult<Self> {
-        let defaults = NavigationConfig::default();
-        let gravity = gravity_m_s2
-            .map(|g| vector3(g, "gravity_m_s2"))
-            .transpose()?;
-        let camera = body_from_camera
-            .map(|p| pose_from(p, "body_from_camera"))
-            .transpose()?;
-        let config = NavigationConfig {
-            gravity_m_s2: gravity.unwrap_or(defaults.gravity_m_s2),
-            body_from_camera: camera.unwrap_or_else(Pose::identity),
-            gyro_sigma_rad_s,
-            accel_sigma_m_s2,
-            gyro_walk,
-            accel_walk,
-            max_delay_s,
-            ..defaults
-        };
+        let mut config: NavigationConfig = settings(config)?;
+        let gravity = gravity_m_s2.map(|g| vector3(g, "gravity_m_s2"));
+        let camera = body_from_camera.map(|p| pose_from(p, "body_from_camera"));
+        keywords!(config {
+            gravity_m_s2 = gravity.transpose()?,
+            body_from_camera = camera.transpose()?,
+            gyro_sigma_rad_s = gyro_sigma_rad_s,
+            accel_sigma_m_s2 = accel_sigma_m_s2,
+            gyro_walk = gyro_walk,
+            accel_walk = accel_walk,
+            max_delay_s = max_delay_s,
+        });
         NavigationFilter::new(config).into_python().map(Self)
     }
 

@@ -1,32 +1,26 @@
 //! `VelocityBiasEstimator`: biases of velocities from images.
 
-use crate::arrays::{floats, metres};
-use crate::attitude::{reason_text, unknown, vector3};
+use crate::arguments::{reason_text, unknown, vector3};
+use crate::arrays::{array1, metres, square};
 use crate::camera::PyCamera;
+use crate::config::{keywords, settings};
 use crate::errors::IntoPython;
-use nalgebra::{Matrix3, Vector3};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::reason_values;
+use crate::plain::{Plain, named};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use sphereflow_core::ReasonCode;
 use sphereflow_core::{DepthMap, Plane, RangeMap};
 use sphereflow_observers::velocity_bias::{
-    BiasMethod, FixedGains, ImageVelocity, VelocityBiasConfig, VelocityBiasEstimator,
-    VelocityBiasState,
+    BiasMethod, ImageVelocity, VelocityBiasConfig, VelocityBiasEstimator, VelocityBiasState,
 };
 use sphereflow_sphere::range_from_depth;
 
-/// A vector as an array.
-pub fn array1<'py>(py: Python<'py>, v: &Vector3<f64>) -> Bound<'py, PyArray1<f64>> {
-    PyArray1::from_slice(py, v.as_slice())
-}
-
-/// A square symmetric matrix, flat, as an array.
-pub fn square<'py>(py: Python<'py>, flat: &[f64], n: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    PyArray1::from_slice(py, flat).reshape([n, n])
-}
-
 /// What is known of the velocity biases after a pair of images.
 #[pyclass(name = "VelocityBiasState", module = "sphereflow.observers", frozen)]
-pub struct PyVelocityBiasState(VelocityBiasState);
+pub struct PyVelocityBiasState(pub VelocityBiasState);
 
 #[pymethods]
 impl PyVelocityBiasState {
@@ -75,8 +69,24 @@ impl PyVelocityBiasState {
         reason_text(self.0.status.reason())
     }
 
+    /// Stable code of the reason, in snake_case (docs/reason-codes.md); None where there is none.
+    #[getter]
+    fn reason_code(&self) -> Option<&'static str> {
+        self.0.status.reason().map(|why| why.code())
+    }
+
+    /// The values that decided, by name; empty where there is no reason.
+    #[getter]
+    fn reason_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        reason_values(py, self.0.status.reason().as_ref())
+    }
+
     fn __repr__(&self) -> String {
         format!("VelocityBiasState({})", self.0.status)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "VelocityBiasState", self.0.to_plain(py)?)
     }
 }
 
@@ -86,29 +96,31 @@ impl PyVelocityBiasState {
 /// ----------
 /// camera : Camera
 ///     The camera of the images; a 360-degree one is the whole sphere.
-/// method : {'information', 'observer', 'normalised'}
+/// method : {'information', 'observer', 'normalised'}, optional
 ///     The information form, the thesis's observer with its own gains, or the same with gains
 ///     divided by the Gram matrix of the images.
-/// k_field, k_v, k_omega, lambda_y, lambda_d : float
+/// config : sphereflow.config.VelocityBiasConfig, optional
+///     All settings. The other arguments, where given, replace what it says.
+/// k_field, k_v, k_omega, lambda_y, lambda_d : float, optional
 ///     Gains of the observer, in the thesis's units.
-/// rate_per_s : float
+/// rate_per_s : float, optional
 ///     Rate of the normalised observer.
-/// forget_s : float
+/// forget_s : float, optional
 ///     Time constant with which the information form forgets.
-/// linear_sigma, angular_sigma : float
+/// linear_sigma, angular_sigma : float, optional
 ///     Standard deviations of one measured velocity, m/s and rad/s.
-/// linear_bias_sigma, angular_bias_sigma : float
+/// linear_bias_sigma, angular_bias_sigma : float, optional
 ///     Standard deviations of the biases at the start: of a calibrated gyro rather 0.05 rad/s.
-/// max_width : int
+/// max_width : int, optional
 ///     Images are binned until they are at most this wide.
-/// readout_s : float
+/// readout_s : float, optional
 ///     Seconds from the first row of an image to the last: 0 for a global shutter, about 0.03 for a
 ///     Kinect.
-/// timing_sigma_s : float
+/// timing_sigma_s : float, optional
 ///     How well stamps of images and velocities agree, seconds.
-/// shared_error_px : float
+/// shared_error_px : float, optional
 ///     Error of an alignment that all its pixels share (lens, blur), pixels of the binned image.
-/// max_gap_s : float
+/// max_gap_s : float, optional
 ///     After longer steps the images before are of no use.
 /// angular_limit_rad_s : float or None
 ///     Largest angular velocity that can be measured; None: 2000 deg/s.
@@ -123,67 +135,52 @@ pub struct PyVelocityBiasEstimator {
 #[pymethods]
 impl PyVelocityBiasEstimator {
     #[new]
-    #[pyo3(signature = (camera, method = "information", *, k_field = 2.0, k_v = 1e-2,
-        k_omega = 1e-5, lambda_y = 1.0, lambda_d = 5000.0, rate_per_s = 1.0, forget_s = 3.0,
-        linear_sigma = 0.01, angular_sigma = 1e-3,
-        linear_bias_sigma = 3.0, angular_bias_sigma = 0.2, max_width = 160, readout_s = 0.0,
-        timing_sigma_s = 0.0, shared_error_px = 1.5, max_gap_s = 0.5,
-        angular_limit_rad_s = None))]
+    #[pyo3(signature = (camera, method = None, *, config = None, k_field = None, k_v = None, k_omega = None, lambda_y = None, lambda_d = None, rate_per_s = None, forget_s = None, linear_sigma = None, angular_sigma = None, linear_bias_sigma = None, angular_bias_sigma = None, max_width = None, readout_s = None, timing_sigma_s = None, shared_error_px = None, max_gap_s = None, angular_limit_rad_s = None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         camera: &PyCamera,
-        method: &str,
-        k_field: f64,
-        k_v: f64,
-        k_omega: f64,
-        lambda_y: f64,
-        lambda_d: f64,
-        rate_per_s: f64,
-        forget_s: f64,
-        linear_sigma: f64,
-        angular_sigma: f64,
-        linear_bias_sigma: f64,
-        angular_bias_sigma: f64,
-        max_width: usize,
-        readout_s: f64,
-        timing_sigma_s: f64,
-        shared_error_px: f64,
-        max_gap_s: f64,
+        method: Option<&str>,
+        config: Option<&Bound<'_, PyAny>>,
+        k_field: Option<f64>,
+        k_v: Option<f64>,
+        k_omega: Option<f64>,
+        lambda_y: Option<f64>,
+        lambda_d: Option<f64>,
+        rate_per_s: Option<f64>,
+        forget_s: Option<f64>,
+        linear_sigma: Option<f64>,
+        angular_sigma: Option<f64>,
+        linear_bias_sigma: Option<f64>,
+        angular_bias_sigma: Option<f64>,
+        max_width: Option<usize>,
+        readout_s: Option<f64>,
+        timing_sigma_s: Option<f64>,
+        shared_error_px: Option<f64>,
+        max_gap_s: Option<f64>,
         angular_limit_rad_s: Option<f64>,
     ) -> PyResult<Self> {
-        let defaults = VelocityBiasConfig::default();
-        let method = match method {
-            "information" => BiasMethod::Information,
-            "observer" => BiasMethod::Observer,
-            "normalised" => BiasMethod::Normalised,
-            other => {
-                let expected = "'information', 'observer' or 'normalised'";
-                return Err(unknown("method", expected, other));
-            }
-        };
-        let config = VelocityBiasConfig {
-            method,
-            gains: FixedGains {
-                k_field,
-                k_v,
-                k_omega,
-                lambda_y,
-                lambda_d,
-            },
-            rate_per_s,
-            forget_s,
-            linear_sigma,
-            angular_sigma,
-            linear_bias_sigma,
-            angular_bias_sigma,
-            max_width,
-            readout_s,
-            timing_sigma_s,
-            shared_error_px,
-            max_gap_s,
-            angular_limit_rad_s: angular_limit_rad_s.unwrap_or(defaults.angular_limit_rad_s),
-            ..defaults
-        };
+        let mut config: VelocityBiasConfig = settings(config)?;
+        let method = method.map(|word| named::<BiasMethod>(word, "method"));
+        keywords!(config {
+            method = method.transpose()?,
+            gains.k_field = k_field,
+            gains.k_v = k_v,
+            gains.k_omega = k_omega,
+            gains.lambda_y = lambda_y,
+            gains.lambda_d = lambda_d,
+            rate_per_s = rate_per_s,
+            forget_s = forget_s,
+            linear_sigma = linear_sigma,
+            angular_sigma = angular_sigma,
+            linear_bias_sigma = linear_bias_sigma,
+            angular_bias_sigma = angular_bias_sigma,
+            max_width = max_width,
+            readout_s = readout_s,
+            timing_sigma_s = timing_sigma_s,
+            shared_error_px = shared_error_px,
+            max_gap_s = max_gap_s,
+            angular_limit_rad_s = angular_limit_rad_s,
+        });
         Ok(Self {
             inner: VelocityBiasEstimator::new(&camera.0, config).into_python()?,
             per_depth: per_depth(&camera.0)?,
@@ -251,13 +248,4 @@ fn per_depth(camera: &sphereflow_sphere::Camera) -> PyResult<Plane<f32>> {
     let ones = DepthMap::new(Plane::filled(camera.width(), camera.height(), 1.0));
     let range = range_from_depth(&ones, camera).into_python()?;
     Ok(range.into_plane())
-}
-
-/// A 3x3 covariance, or a standard deviation for all axes.
-pub fn covariance3(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Matrix3<f64>> {
-    if let Ok(sigma) = value.extract::<f64>() {
-        return Ok(Matrix3::identity() * (sigma * sigma));
-    }
-    let array = floats(value, name, &[Some(3), Some(3)])?;
-    Ok(Matrix3::from_row_slice(array.as_slice()?))
 }

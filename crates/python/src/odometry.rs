@@ -1,25 +1,22 @@
 //! `DepthOdometry`: poses of a moving depth camera.
 
 use crate::camera::PyCamera;
-use crate::errors::{IntoPython, Kind, core_error, exception};
-use crate::motion_arguments::{Image, config, deviation, matrix6, reason, vector3, vector3_of};
-use crate::trajectory::{PyTrajectory, pose_matrix};
+use crate::config::{keywords, settings};
+use crate::errors::{IntoPython, Kind, exception};
+use crate::motion_arguments::{
+    Image, deviation, matrix6, reason, vector3, vector3_of, with_keywords,
+};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::{Plain, reason_values};
+use crate::trajectory::pose_matrix;
 use nalgebra::{Matrix6, Vector3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use sphereflow_alignment::CovarianceModel;
+use sphereflow_core::ReasonCode;
 use sphereflow_core::{Stamp, Twist};
-use sphereflow_odometry::{
-    CovarianceModel, DepthOdometry, Error, Gyro, OdometryConfig, OdometryResult, OptimiseReport,
-};
-
-impl<T> IntoPython<T> for Result<T, Error> {
-    fn into_python(self) -> PyResult<T> {
-        self.map_err(|error| match error {
-            Error::Core(error) => core_error(&error),
-        })
-    }
-}
+use sphereflow_odometry::{DepthOdometry, Gyro, OdometryConfig, OdometryResult};
 
 /// What became of one frame.
 #[pyclass(name = "OdometryResult", module = "sphereflow.odometry", frozen)]
@@ -52,6 +49,18 @@ impl PyOdometryResult {
     #[getter]
     fn reason(&self) -> Option<String> {
         reason(&self.0.status)
+    }
+
+    /// Stable code of the reason, in snake_case (docs/reason-codes.md); None where there is none.
+    #[getter]
+    fn reason_code(&self) -> Option<&'static str> {
+        self.0.status.reason().map(|why| why.code())
+    }
+
+    /// The values that decided, by name; empty where there is no reason.
+    #[getter]
+    fn reason_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        reason_values(py, self.0.status.reason().as_ref())
     }
 
     /// True where the pose was measured or defined; False where it is only predicted.
@@ -177,70 +186,29 @@ impl PyOdometryResult {
             self.0.stamp, self.0.status, p.x, p.y, p.z
         )
     }
-}
 
-/// What comparing the keyframes gave.
-#[pyclass(name = "OptimiseReport", module = "sphereflow.odometry", frozen)]
-pub struct PyOptimiseReport(OptimiseReport);
-
-#[pymethods]
-impl PyOptimiseReport {
-    /// Keyframes of the run.
-    #[getter]
-    fn keyframes(&self) -> usize {
-        self.0.keyframes
-    }
-
-    /// Pairs of keyframes whose motion was measured.
-    #[getter]
-    fn edges(&self) -> usize {
-        self.0.edges
-    }
-
-    /// Those that do not fit the others, and hardly count.
-    #[getter]
-    fn rejected(&self) -> usize {
-        self.0.rejected
-    }
-
-    /// Pairs that were compared without result.
-    #[getter]
-    fn failed(&self) -> usize {
-        self.0.failed
-    }
-
-    /// False where the fit did not settle.
-    #[getter]
-    fn converged(&self) -> bool {
-        self.0.converged
-    }
-
-    /// Largest change of a keyframe's position, metres.
-    #[getter]
-    fn largest_change_m(&self) -> f64 {
-        self.0.largest_change_m
-    }
-
-    fn __repr__(&self) -> String {
-        format!("{:?}", self.0)
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "OdometryResult", self.0.to_plain(py)?)
     }
 }
 
 /// Poses of a moving depth camera, one frame at a time.
 ///
 /// The world is the camera frame of the first frame. Each frame is measured against a keyframe, so
-/// that errors do not add up frame by frame; `optimise` compares the keyframes with each other at
-/// the end. Results are the same for any number of threads.
+/// that errors do not add up frame by frame; `sphereflow.Engine` also compares the keyframes with
+/// each other. Results are the same for any number of threads.
 ///
 /// Parameters
 /// ----------
 /// camera : Camera
 ///     The depth camera, any model.
+/// config : sphereflow.config.OdometryConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
 /// method, along, domains, max_std_m, noise
 ///     As in `estimate_velocity`.
-/// keyframes : bool
+/// keyframes : bool, optional
 ///     False measures every frame against the one before.
-/// readout_s : float
+/// readout_s : float, optional
 ///     Rolling shutter: seconds between the exposures of the first and the last row, the stamp being
 ///     the middle row's; 0 where all rows are exposed at once, 0.03 for a Kinect v1.
 /// depth_corrected : bool
@@ -256,29 +224,30 @@ pub struct PyDepthOdometry {
 #[pymethods]
 impl PyDepthOdometry {
     #[new]
-    #[pyo3(signature = (camera, *, method = "pyramid", along = "axis", domains = None,
-        max_std_m = None, keyframes = true, readout_s = 0.0, depth_corrected = false,
-        noise = "disparity"))]
+    #[pyo3(signature = (camera, *, config = None, method = None, along = "axis",
+        domains = None, max_std_m = None, keyframes = None, readout_s = None,
+        depth_corrected = false, noise = None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         camera: &PyCamera,
-        method: &str,
+        config: Option<&Bound<'_, PyAny>>,
+        method: Option<&str>,
         along: &str,
         domains: Option<usize>,
         max_std_m: Option<f64>,
-        keyframes: bool,
-        readout_s: f64,
+        keyframes: Option<bool>,
+        readout_s: Option<f64>,
         depth_corrected: bool,
-        noise: &str,
+        noise: Option<&str>,
     ) -> PyResult<Self> {
-        let mut config = OdometryConfig {
-            alignment: config(method, domains, max_std_m, noise)?,
-            readout_s,
-            ..OdometryConfig::default()
-        };
-        config.keyframes.enabled = keyframes;
+        let mut config: OdometryConfig = settings(config)?;
+        config.alignment = with_keywords(config.alignment, method, domains, max_std_m, noise)?;
+        keywords!(config {
+            readout_s = readout_s,
+            keyframes.enabled = keyframes,
+        });
         if depth_corrected {
-            config.alignment.covariance = CovarianceModel::calibrated();
+            config.alignment.covariance.motion_share = CovarianceModel::calibrated().motion_share;
         }
         if !matches!(along, "axis" | "ray") {
             let text = format!("along: expected 'axis' (depth) or 'ray' (range), found '{along}'");
@@ -354,40 +323,5 @@ impl PyDepthOdometry {
         py.detach(|| odometry.push_with_gyro(image.view(), stamp, gyro))
             .into_python()
             .map(PyOdometryResult)
-    }
-
-    /// Compare keyframes that see the same surface and fit all poses to the measured motions.
-    ///
-    /// `trajectory` then has the corrected poses; results of `push` stay as they were, and later
-    /// frames go on from the corrected ones.
-    ///
-    /// Parameters
-    /// ----------
-    /// progress : callable, optional
-    ///     Called with the keyframes done and the keyframes in all.
-    #[pyo3(signature = (progress = None))]
-    fn optimise(
-        &mut self,
-        py: Python<'_>,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<PyOptimiseReport> {
-        let odometry = &mut self.odometry;
-        let mut failure = None;
-        let report = py.detach(|| {
-            odometry.optimise_with(|done, total| {
-                if let (Some(progress), true) = (&progress, failure.is_none()) {
-                    failure = Python::attach(|py| progress.call1(py, (done, total)).err());
-                }
-            })
-        });
-        match failure {
-            Some(error) => Err(error),
-            None => Ok(PyOptimiseReport(report)),
-        }
-    }
-
-    /// Poses of all frames that have one: those of `push`, corrected once `optimise` was called.
-    fn trajectory(&self) -> PyResult<PyTrajectory> {
-        self.odometry.trajectory().into_python().map(PyTrajectory)
     }
 }

@@ -1,8 +1,8 @@
 //! `PositionObserver`: velocity and position from inertial readings, body velocity and position.
 
-use crate::attitude::{reason_text, rotation_from, vector3};
+use crate::arguments::{reason_text, rotation_from, vector3};
+use crate::arrays::array1;
 use crate::errors::IntoPython;
-use crate::observers::array1;
 use nalgebra::Vector3;
 use numpy::PyArray1;
 use pyo3::prelude::*;

@@ -1,14 +1,15 @@
 //! `RangeFlow`: the point-wise peer of the geometric flow.
 
 use crate::camera::PyCamera;
+use crate::config::{keywords, settings};
 use crate::errors::{IntoPython, Kind, exception};
 use crate::trajectory::pose_from;
 
 use crate::motion_arguments::Image;
 use crate::velocity::PyVelocityEstimate;
 use pyo3::prelude::*;
+use sphereflow_baselines::{RangeFlow, RangeFlowConfig};
 use sphereflow_core::Pose;
-use sphereflow_odometry::{RangeFlow, RangeFlowConfig};
 
 /// Velocities by point-wise range flow: the peer that the weak form is measured against.
 ///
@@ -21,7 +22,9 @@ use sphereflow_odometry::{RangeFlow, RangeFlowConfig};
 /// ----------
 /// camera : Camera
 ///     The depth camera, any model.
-/// levels : sequence of int
+/// config : sphereflow.config.RangeFlowConfig, optional
+///     All settings. `levels`, where given, replaces what it says.
+/// levels : sequence of int, optional
 ///     Sides of the blocks of pixels that are averaged, one solve each, coarse to fine.
 /// along : {'axis', 'ray'}
 ///     What the images hold: depth along the optical axis, or range along the ray (360 degrees).
@@ -39,19 +42,19 @@ pub struct PyRangeFlow {
 #[pymethods]
 impl PyRangeFlow {
     #[new]
-    #[pyo3(
-        signature = (camera, *, levels = vec![16, 8, 4], along = "axis"),
-        text_signature = "(camera, *, levels=(16, 8, 4), along='axis')"
-    )]
-    fn new(camera: &PyCamera, levels: Vec<usize>, along: &str) -> PyResult<Self> {
+    #[pyo3(signature = (camera, *, config = None, levels = None, along = "axis"))]
+    fn new(
+        camera: &PyCamera,
+        config: Option<&Bound<'_, PyAny>>,
+        levels: Option<Vec<usize>>,
+        along: &str,
+    ) -> PyResult<Self> {
         if !matches!(along, "axis" | "ray") {
             let text = format!("along: expected 'axis' (depth) or 'ray' (range), found '{along}'");
             return Err(exception(Kind::Value, text));
         }
-        let config = RangeFlowConfig {
-            levels,
-            ..RangeFlowConfig::default()
-        };
+        let mut config: RangeFlowConfig = settings(config)?;
+        keywords!(config { levels = levels });
         Ok(Self {
             flow: RangeFlow::new(&camera.0, config).into_python()?,
             along: along.into(),

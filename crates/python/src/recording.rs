@@ -1,6 +1,7 @@
 //! `open_recording`, `Recording` and `RecordingWriter`.
 
 use crate::arrays::metres;
+use crate::calibration_file::PyCalibration;
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, io_error};
 use crate::frame::{PyFrame, PyFrameIterator};
@@ -111,6 +112,14 @@ impl PyRecording {
     #[getter]
     fn depth_corrected(&self) -> bool {
         self.0.depth_corrected()
+    }
+
+    /// What is known of the device; the frames' depth is already corrected by its `depth_field`. None
+    /// for a recording without images.
+    #[getter]
+    fn calibration(&self) -> PyResult<Option<PyCalibration>> {
+        let known = self.0.device().into_python()?;
+        Ok(known.map(PyCalibration))
     }
 
     /// World from camera, where the recording has a truth.

@@ -1,23 +1,26 @@
 //! `SelfCalibrator`: lens, depth field and read-out time of a depth camera from its motion.
 
 use crate::camera::PyCamera;
+use crate::config::{keywords, settings};
 use crate::errors::{IntoPython, Kind, exception};
 use crate::motion_arguments::Image;
 use crate::odometry::PyOdometryResult;
+use crate::pickle::{Reduced, reduced};
+use crate::plain::{Plain, calibration_code};
 use crate::recording::PyRecording;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
-use sphereflow_core::Stamp;
-use sphereflow_odometry::{
+use sphereflow_calibration::{
     CalibrationStatus, SelfCalibration, SelfCalibrationConfig, SelfCalibrator,
 };
+use sphereflow_core::Stamp;
 use sphereflow_sphere::depth_correction::TERM_NAMES;
 use std::path::PathBuf;
 
 /// What a self-calibration found, and what the motion let it see.
 #[pyclass(name = "SelfCalibration", module = "sphereflow.odometry", frozen)]
-pub struct PySelfCalibration(SelfCalibration);
+pub struct PySelfCalibration(pub SelfCalibration);
 
 #[pymethods]
 impl PySelfCalibration {
@@ -36,6 +39,18 @@ impl PySelfCalibration {
             }
             CalibrationStatus::Calibrated => None,
         }
+    }
+
+    /// Stable code of the reason, in snake_case (docs/reason-codes.md); None where there is none.
+    #[getter]
+    fn reason_code(&self) -> Option<&'static str> {
+        calibration_code(&self.0.status)
+    }
+
+    /// The values that decided: none yet, they stand in the words of `reason`.
+    #[getter]
+    fn reason_values<'py>(&self, py: Python<'py>) -> Bound<'py, PyDict> {
+        PyDict::new(py)
     }
 
     /// The camera with what was found of its lens.
@@ -69,7 +84,7 @@ impl PySelfCalibration {
     /// The numbers one by one: dicts of name, value, std, prior_std, observable.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let entry = |p: &sphereflow_odometry::CalibratedParameter| {
+        let entry = |p: &sphereflow_calibration::CalibratedParameter| {
             let dict = PyDict::new(py);
             dict.set_item("name", &p.name)?;
             dict.set_item("value", p.value)?;
@@ -93,7 +108,7 @@ impl PySelfCalibration {
     /// prior's) and shares (name to signed share).
     #[getter]
     fn held<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let entry = |held: &sphereflow_odometry::HeldCombination| {
+        let entry = |held: &sphereflow_calibration::HeldCombination| {
             let dict = PyDict::new(py);
             dict.set_item("std_share", held.std_share)?;
             dict.set_item("shares", held.shares.clone().into_py_dict(py)?)?;
@@ -185,6 +200,10 @@ impl PySelfCalibration {
             self.0.status, self.0.pairs, self.0.residual_before, self.0.residual_after
         )
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "SelfCalibration", self.0.to_plain(py)?)
+    }
 }
 
 /// Calibrates a depth camera from its motion alone: no target, no true poses.
@@ -196,9 +215,11 @@ impl PySelfCalibration {
 /// ----------
 /// camera : Camera
 ///     The depth camera with its calibration so far; not one of 360 degrees.
-/// lens, field, readout : bool
+/// config : sphereflow.config.SelfCalibrationConfig, optional
+///     All settings. The keywords that follow, where given, replace what it says.
+/// lens, field, readout : bool, optional
 ///     What to estimate: the rest of the lens, the smooth error of 1/Z, the read-out time.
-/// readout_s : float
+/// readout_s : float, optional
 ///     Read-out time so far, seconds; 0 for a global shutter.
 /// max_pairs : int, optional
 ///     Pairs of frames at most; time grows with them.
@@ -208,25 +229,25 @@ pub struct PySelfCalibrator(SelfCalibrator);
 #[pymethods]
 impl PySelfCalibrator {
     #[new]
-    #[pyo3(signature = (camera, *, lens = true, field = true, readout = true, readout_s = 0.0,
-        max_pairs = None))]
+    #[pyo3(signature = (camera, *, config = None, lens = None, field = None, readout = None,
+        readout_s = None, max_pairs = None))]
     fn new(
         camera: &PyCamera,
-        lens: bool,
-        field: bool,
-        readout: bool,
-        readout_s: f64,
+        config: Option<&Bound<'_, PyAny>>,
+        lens: Option<bool>,
+        field: Option<bool>,
+        readout: Option<bool>,
+        readout_s: Option<f64>,
         max_pairs: Option<usize>,
     ) -> PyResult<Self> {
-        let defaults = SelfCalibrationConfig::default();
-        let config = SelfCalibrationConfig {
-            lens,
-            field,
-            readout,
-            readout_s,
-            max_pairs: max_pairs.unwrap_or(defaults.max_pairs),
-            ..defaults
-        };
+        let mut config: SelfCalibrationConfig = settings(config)?;
+        keywords!(config {
+            lens = lens,
+            field = field,
+            readout = readout,
+            readout_s = readout_s,
+            max_pairs = max_pairs,
+        });
         let calibrator = SelfCalibrator::new(&camera.0, config);
         calibrator.into_python().map(Self)
     }

@@ -2,22 +2,14 @@
 
 use crate::arrays::{colour as colour_image, metres};
 use crate::camera::PyCamera;
-use crate::errors::{IntoPython, Kind, core_error, exception};
+use crate::errors::{IntoPython, Kind, exception};
 use crate::trajectory::pose_from;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_core::{DepthMap, RangeMap};
 use sphereflow_io::ply::{ColouredPoint, write_ply};
-use sphereflow_slam::{Error, VoxelCloud};
+use sphereflow_slam::VoxelCloud;
 use std::path::PathBuf;
-
-impl<T> IntoPython<T> for Result<T, Error> {
-    fn into_python(self) -> PyResult<T> {
-        self.map_err(|error| match error {
-            Error::Core(error) => core_error(&error),
-        })
-    }
-}
 
 /// What a point is drawn in that was never seen with colour.
 const COLOURLESS: [u8; 3] = [128; 3];
@@ -27,7 +19,7 @@ type Arrays<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<u8>>);
 
 /// A coloured point cloud, one mean point a voxel, in order of first sight.
 #[pyclass(name = "VoxelCloud", module = "sphereflow.slam")]
-pub struct PyVoxelCloud(VoxelCloud);
+pub struct PyVoxelCloud(pub VoxelCloud);
 
 #[pymethods]
 impl PyVoxelCloud {

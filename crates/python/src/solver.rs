@@ -15,8 +15,8 @@ pub use pose_graph::PyPoseGraph;
 pub use result::PySolverResult;
 pub use similarity_graph::PySimilarityGraph;
 
+use crate::arguments::vector3;
 use crate::arrays::floats;
-use crate::attitude::vector3;
 use crate::errors::{IntoPython, Kind, core_error, exception};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;

@@ -1,10 +1,20 @@
-//! `Trajectory` and `associate`.
+//! `Trajectory`.
+
+mod pairs;
+mod selection;
+
+pub use pairs::py_associate;
 
 use crate::arrays::{floats, stamps};
 use crate::errors::{IntoPython, Kind, exception};
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
-use sphereflow_core::{Pose, Stamp, Trajectory, associate as associate_stamps};
+use pyo3::types::{PyBool, PySlice};
+use selection::selected;
+use sphereflow_core::{Pose, Stamp, Trajectory};
 use sphereflow_io::trajectory::{
     TrajectoryFormat, read_trajectory, read_trajectory_lenient, write_trajectory,
 };
@@ -25,7 +35,8 @@ use std::path::PathBuf;
 /// ------
 /// ShapeError, DtypeError, ValueRangeError, TimeOrderError
 ///     Naming the argument, and the index where there is one.
-#[pyclass(name = "Trajectory", module = "sphereflow", frozen)]
+#[pyclass(name = "Trajectory", module = "sphereflow", frozen, eq)]
+#[derive(PartialEq)]
 pub struct PyTrajectory(pub Trajectory);
 
 #[pymethods]
@@ -130,28 +141,158 @@ impl PyTrajectory {
         }
     }
 
+    /// From poses as matrices.
+    ///
+    /// Parameters
+    /// ----------
+    /// stamp_ns : array_like of int, (N,)
+    ///     Nanoseconds, strictly increasing.
+    /// world_from_camera : array_like, (N, 4, 4)
+    ///     Rigid transforms; the rotation blocks are projected to rotations.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, DtypeError, ValueRangeError, TimeOrderError
+    ///     Naming the argument, and the index where there is one.
+    #[staticmethod]
+    fn from_matrices(
+        stamp_ns: &Bound<'_, PyAny>,
+        world_from_camera: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let stamps = stamps(stamp_ns, "stamp_ns")?;
+        let shape = [Some(stamps.len()), Some(4), Some(4)];
+        let matrices = floats(world_from_camera, "world_from_camera", &shape)?;
+        let (matrices, _) = matrices.as_slice()?.as_chunks::<16>();
+        let pose = |(i, matrix): (usize, &[f64; 16])| {
+            Pose::from_matrix(&nalgebra::Matrix4::from_row_slice(matrix))
+                .map_err(|e| exception(Kind::Value, format!("world_from_camera[{i}]: {e}")))
+        };
+        let poses = matrices.iter().enumerate().map(pose);
+        let poses = poses.collect::<PyResult<Vec<Pose>>>()?;
+        Ok(Self(Trajectory::from_vecs(stamps, poses).into_python()?))
+    }
+
     /// Stamps, int64 nanoseconds, (N,).
     #[getter]
     fn stamp_ns<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        PyArray1::from_iter(py, self.0.stamps().iter().map(|s| s.ns()))
+        let stamps: Vec<i64> = self.0.stamps().iter().map(|s| s.ns()).collect();
+        PyArray1::from_vec(py, stamps)
+    }
+
+    /// Poses as matrices, (N, 4, 4).
+    #[getter]
+    fn world_from_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let flat = rows(self.0.poses(), |pose| {
+            let m = pose.matrix().transpose();
+            <[f64; 16]>::try_from(m.as_slice()).unwrap_or([f64::NAN; 16])
+        });
+        PyArray1::from_vec(py, flat).reshape([self.0.len(), 4, 4])
+    }
+
+    /// Length of the way from pose to pose, metres.
+    #[getter]
+    fn length_m(&self) -> f64 {
+        let pairs = self.0.poses().windows(2);
+        pairs
+            .map(|pair| (pair[1].translation - pair[0].translation).norm())
+            .sum()
+    }
+
+    /// The poses of another trajectory after these; its first stamp must come after the last here.
+    ///
+    /// Raises
+    /// ------
+    /// TimeOrderError
+    ///     With the stamps that do not increase. The same as `self + other`.
+    fn concatenated(&self, other: &Self) -> PyResult<Self> {
+        let stamps = [self.0.stamps(), other.0.stamps()].concat();
+        let poses = [self.0.poses(), other.0.poses()].concat();
+        Ok(Self(Trajectory::from_vecs(stamps, poses).into_python()?))
+    }
+
+    fn __add__(&self, other: &Self) -> PyResult<Self> {
+        self.concatenated(other)
+    }
+
+    /// The trajectory told in another world, or of another body that is fixed to the camera.
+    ///
+    /// Parameters
+    /// ----------
+    /// other_from_world : array_like, (4, 4), optional
+    ///     Rigid transform from the world of these poses to the new one.
+    /// camera_from_body : array_like, (4, 4), optional
+    ///     Where the body whose poses are wanted sits on the camera.
+    ///
+    /// Returns
+    /// -------
+    /// Trajectory
+    ///     `other_from_world @ world_from_camera @ camera_from_body` at the same stamps.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, DtypeError, ValueRangeError
+    ///     Naming the argument.
+    #[pyo3(signature = (other_from_world = None, *, camera_from_body = None))]
+    fn transformed(
+        &self,
+        other_from_world: Option<&Bound<'_, PyAny>>,
+        camera_from_body: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let left = other_from_world.map(|pose| pose_from(pose, "other_from_world"));
+        let right = camera_from_body.map(|pose| pose_from(pose, "camera_from_body"));
+        let (left, right) = (left.transpose()?, right.transpose()?);
+        let moved = self.0.poses().iter().map(|&pose| {
+            let pose = left.map_or(pose, |left| left * pose);
+            right.map_or(pose, |right| pose * right)
+        });
+        let stamps = self.0.stamps().to_vec();
+        let moved = Trajectory::from_vecs(stamps, moved.collect()).into_python()?;
+        Ok(Self(moved))
+    }
+
+    /// An integer gives the pair of `stamp_ns` and `world_from_camera` (4, 4); a slice, a mask (N,)
+    /// of bools or increasing indices give a trajectory.
+    fn __getitem__<'py>(
+        &self,
+        py: Python<'py>,
+        key: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if let Ok(slice) = key.cast::<PySlice>() {
+            let range = slice.indices(isize::try_from(self.0.len())?)?;
+            let at = |k: usize| range.start + range.step * k as isize;
+            return self.subset(py, (0..range.slicelength).map(at));
+        }
+        if let Ok(index) = key.extract::<isize>()
+            && !key.is_instance_of::<PyBool>()
+        {
+            let index = self.index(index)?;
+            let pose = pose_matrix(py, &self.0.poses()[index])?;
+            return Ok((self.0.stamps()[index].ns(), pose)
+                .into_pyobject(py)?
+                .into_any());
+        }
+        let indices = selected(key, self.0.len())?;
+        self.subset(py, indices.into_iter())
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let stamps = self.stamp_ns(py).call_method0("tolist")?;
+        let zip = py.import("builtins")?.getattr("zip")?;
+        zip.call1((stamps, self.world_from_camera(py)?))
     }
 
     /// Positions in metres, (N, 3).
     #[getter]
     fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let flat = self
-            .0
-            .poses()
-            .iter()
-            .flat_map(|p| [p.translation.x, p.translation.y, p.translation.z]);
-        PyArray1::from_iter(py, flat).reshape([self.0.len(), 3])
+        let flat = rows(self.0.poses(), |pose| pose.translation.into());
+        PyArray1::from_vec(py, flat).reshape([self.0.len(), 3])
     }
 
     /// Unit quaternions in x, y, z, w order, (N, 4).
     #[getter]
     fn quat_xyzw<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let flat = self.0.poses().iter().flat_map(Pose::quat_xyzw);
-        PyArray1::from_iter(py, flat).reshape([self.0.len(), 4])
+        let flat = rows(self.0.poses(), Pose::quat_xyzw);
+        PyArray1::from_vec(py, flat).reshape([self.0.len(), 4])
     }
 
     /// The pose at `stamp_ns` as a 4x4 matrix, or None outside or in a gap longer than `max_gap_s`.
@@ -167,6 +308,51 @@ impl PyTrajectory {
             .map(|pose| pose_matrix(py, &pose))
             .transpose()
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "Trajectory", self.0.to_plain(py)?)
+    }
+}
+
+impl PyTrajectory {
+    /// An index that may count from the end.
+    fn index(&self, index: isize) -> PyResult<usize> {
+        let length = self.0.len();
+        let from_start = if index < 0 {
+            index + length as isize
+        } else {
+            index
+        };
+        let inside = usize::try_from(from_start).ok().filter(|i| *i < length);
+        inside.ok_or_else(|| {
+            PyIndexError::new_err(format!("index {index} of a trajectory of {length} poses"))
+        })
+    }
+
+    /// The poses of indices, which must increase.
+    fn subset<'py>(
+        &self,
+        py: Python<'py>,
+        indices: impl Iterator<Item = isize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (mut stamps, mut poses) = (Vec::new(), Vec::new());
+        for index in indices {
+            let index = self.index(index)?;
+            stamps.push(self.0.stamps()[index]);
+            poses.push(self.0.poses()[index]);
+        }
+        let subset = Self(Trajectory::from_vecs(stamps, poses).into_python()?);
+        Ok(Bound::new(py, subset)?.into_any())
+    }
+}
+
+/// The numbers of all poses, one after the other.
+fn rows<const N: usize>(poses: &[Pose], of: impl Fn(&Pose) -> [f64; N]) -> Vec<f64> {
+    let mut flat = Vec::with_capacity(N * poses.len());
+    poses
+        .iter()
+        .for_each(|pose| flat.extend_from_slice(&of(pose)));
+    flat
 }
 
 fn trajectory_format(name: &str) -> PyResult<TrajectoryFormat> {
@@ -175,8 +361,8 @@ fn trajectory_format(name: &str) -> PyResult<TrajectoryFormat> {
 
 /// A pose as a 4x4 array.
 pub fn pose_matrix<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let m = pose.matrix();
-    PyArray1::from_iter(py, (0..16).map(|i| m[(i / 4, i % 4)])).reshape([4, 4])
+    let m = pose.matrix().transpose();
+    PyArray1::from_slice(py, m.as_slice()).reshape([4, 4])
 }
 
 /// A pose from a 4x4 array.
@@ -184,41 +370,4 @@ pub fn pose_from(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Pose> {
     let array = floats(value, name, &[Some(4), Some(4)])?;
     let matrix = nalgebra::Matrix4::from_row_slice(array.as_slice()?);
     Pose::from_matrix(&matrix).map_err(|e| exception(Kind::Value, format!("{name}: {e}")))
-}
-
-/// Pairs of the nearest stamps.
-///
-/// Each stamp of the shorter list takes the nearest of the longer one, which may serve twice: the rule
-/// of evo.
-///
-/// Parameters
-/// ----------
-/// stamp_ns_a, stamp_ns_b : array_like of int, (N,), (M,)
-///     Increasing nanoseconds.
-/// max_difference_s : float
-///     Pairs further apart than this are left out.
-///
-/// Returns
-/// -------
-/// ndarray of int, (K, 2)
-///     Indices into `stamp_ns_a` and `stamp_ns_b`.
-#[pyfunction]
-#[pyo3(signature = (stamp_ns_a, stamp_ns_b, max_difference_s))]
-pub fn associate<'py>(
-    py: Python<'py>,
-    stamp_ns_a: &Bound<'py, PyAny>,
-    stamp_ns_b: &Bound<'py, PyAny>,
-    max_difference_s: f64,
-) -> PyResult<Bound<'py, PyArray2<i64>>> {
-    if !(max_difference_s.is_finite() && max_difference_s >= 0.0) {
-        let text = format!("max_difference_s: expected seconds >= 0, found {max_difference_s}");
-        return Err(exception(Kind::Value, text));
-    }
-    let (a, b) = (
-        stamps(stamp_ns_a, "stamp_ns_a")?,
-        stamps(stamp_ns_b, "stamp_ns_b")?,
-    );
-    let pairs = associate_stamps(&a, &b, (max_difference_s * 1e9).round() as u64);
-    let flat = pairs.iter().flat_map(|&(i, j)| [i as i64, j as i64]);
-    PyArray1::from_iter(py, flat).reshape([pairs.len(), 2])
 }

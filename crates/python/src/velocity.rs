@@ -2,17 +2,23 @@
 
 use crate::arrays::brightness;
 use crate::camera::PyCamera;
+use crate::config::{keywords, settings};
 use crate::errors::{IntoPython, Kind, exception};
-use crate::motion_arguments::{Image, config, deviation, matrix6, reason, vector3, vector3_of};
+use crate::motion_arguments::{
+    Image, deviation, matrix6, reason, vector3, vector3_of, with_keywords,
+};
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
+use crate::plain::reason_values;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use sphereflow_alignment::{Also, Config, VelocityEstimate, VelocityEstimator, VelocityPrior};
+use sphereflow_baselines::{ThesisConfig, ThesisEstimator};
+use sphereflow_core::ReasonCode;
 use sphereflow_core::Twist;
-use sphereflow_odometry::{
-    Also, Config, Gyro, ThesisConfig, ThesisEstimator, VelocityEstimate, VelocityEstimator,
-    VelocityPrior,
-};
+use sphereflow_odometry::Gyro;
 use sphereflow_sphere::Camera;
 use std::sync::Mutex;
 
@@ -43,6 +49,18 @@ impl PyVelocityEstimate {
         reason(&self.0.status)
     }
 
+    /// Stable code of the reason, in snake_case (docs/reason-codes.md); None where there is none.
+    #[getter]
+    fn reason_code(&self) -> Option<&'static str> {
+        self.0.status.reason().map(|why| why.code())
+    }
+
+    /// The values that decided, by name; empty where there is no reason.
+    #[getter]
+    fn reason_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        reason_values(py, self.0.status.reason().as_ref())
+    }
+
     /// Linear velocity, m/s, body frame of the first image, (3,); NaN where lost.
     #[getter]
     fn linear_m_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
@@ -71,7 +89,7 @@ impl PyVelocityEstimate {
     /// name ("translation along (1.00, 0.00, 0.00)").
     #[getter]
     fn weak_directions<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let entry = |weak: &sphereflow_odometry::WeakDirection| {
+        let entry = |weak: &sphereflow_alignment::WeakDirection| {
             let dict = PyDict::new(py);
             let direction: &Vector6<f64> = &weak.direction;
             dict.set_item("direction", PyArray1::from_slice(py, direction.as_slice()))?;
@@ -134,6 +152,10 @@ impl PyVelocityEstimate {
             self.0.status, v.x, v.y, v.z, w.x, w.y, w.z
         )
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "VelocityEstimate", self.0.to_plain(py)?)
+    }
 }
 
 /// The estimator of the last call: its tables take longer to build than a pair to measure.
@@ -143,7 +165,7 @@ static KEPT: Mutex<Option<VelocityEstimator>> = Mutex::new(None);
 fn kept_estimator(
     camera: &Camera,
     config: Config,
-) -> Result<VelocityEstimator, sphereflow_odometry::Error> {
+) -> Result<VelocityEstimator, sphereflow_core::Error> {
     let kept = KEPT.lock().ok().and_then(|mut kept| kept.take());
     match kept.filter(|kept| kept.camera() == camera && *kept.config() == config) {
         Some(estimator) => Ok(estimator),
@@ -167,8 +189,11 @@ fn keep(estimator: VelocityEstimator) {
 ///     Metres; NaN, zero or negative is unknown. Integers are refused: raw counts are not metres.
 /// dt_s : float
 ///     Seconds from the first to the second image.
-/// method : {'pyramid', 'single', 'thesis'}
-///     'pyramid': robust solves from coarse to fine, the second image warped by the estimate before
+/// config : sphereflow.config.AlignmentConfig or ThesisConfig, optional
+///     All settings; the latter with method 'thesis'. The keywords that follow, where given, replace
+///     what it says.
+/// method : {'pyramid', 'single', 'thesis'}, optional
+///     'pyramid', also where absent: robust solves from coarse to fine, the second image warped by the estimate before
 ///     each. 'single': one robust solve, for slow motions. 'thesis': the thesis's own balance (6.3) in
 ///     plain least squares, to reproduce it; pinhole and FOV cameras only.
 /// along : {'axis', 'ray'}
@@ -191,7 +216,7 @@ fn keep(estimator: VelocityEstimator) {
 /// max_std_m : float, optional
 ///     Directions whose predicted standard deviation over the pair is above this, in metres, are
 ///     held at what was known before, and the status says so.
-/// noise : {'disparity', 'time_of_flight'}
+/// noise : {'disparity', 'time_of_flight'}, optional
 ///     How the depth's noise depends on the distance: 'disparity' (structured light, stereo) is the
 ///     same in 1/Z at all distances, 'time_of_flight' has 2 mm and 0.1 % of the range.
 ///
@@ -209,10 +234,10 @@ fn keep(estimator: VelocityEstimator) {
 #[pyfunction]
 #[pyo3(
     name = "estimate_velocity",
-    signature = (camera, depth0_m, depth1_m, dt_s, *, method = "pyramid", along = "axis",
+    signature = (camera, depth0_m, depth1_m, dt_s, *, config = None, method = None, along = "axis",
         domains = None, gyro_rad_s = None, gyro_std_rad_s = 3e-3, prior_m_s = None,
         prior_std_m_s = 0.1, image0 = None, image1 = None, brightness_weight = None,
-        max_std_m = None, noise = "disparity")
+        max_std_m = None, noise = None)
 )]
 #[allow(clippy::too_many_arguments)]
 pub fn py_estimate_velocity(
@@ -221,7 +246,8 @@ pub fn py_estimate_velocity(
     depth0_m: &Bound<'_, PyAny>,
     depth1_m: &Bound<'_, PyAny>,
     dt_s: f64,
-    method: &str,
+    config: Option<&Bound<'_, PyAny>>,
+    method: Option<&str>,
     along: &str,
     domains: Option<usize>,
     gyro_rad_s: Option<&Bound<'_, PyAny>>,
@@ -232,28 +258,25 @@ pub fn py_estimate_velocity(
     image1: Option<&Bound<'_, PyAny>>,
     brightness_weight: Option<f64>,
     max_std_m: Option<f64>,
-    noise: &str,
+    noise: Option<&str>,
 ) -> PyResult<PyVelocityEstimate> {
     let size = (camera.0.width(), camera.0.height());
     let first = Image::new(depth0_m, "depth0_m", size, along)?;
     let second = Image::new(depth1_m, "depth1_m", size, along)?;
-    if method == "thesis" {
+    if method == Some("thesis") {
         let also = [
             ("gyro_rad_s", gyro_rad_s.is_some()),
             ("prior_m_s", prior_m_s.is_some()),
             ("image0, image1", image0.is_some() || image1.is_some()),
             ("max_std_m", max_std_m.is_some()),
-            ("noise", noise != "disparity"),
+            ("noise", noise.is_some()),
         ];
         if let Some((name, _)) = also.iter().find(|(_, given)| *given) {
             let text = format!("{name}: expected none with method 'thesis', which cannot use it");
             return Err(exception(Kind::Value, text));
         }
-        let default = ThesisConfig::default();
-        let config = ThesisConfig {
-            domains: domains.unwrap_or(default.domains),
-            ..default
-        };
+        let mut config: ThesisConfig = settings(config)?;
+        keywords!(config { domains = domains });
         return py
             .detach(|| {
                 ThesisEstimator::new(&camera.0, config)?.estimate(first.view(), second.view(), dt_s)
@@ -261,8 +284,10 @@ pub fn py_estimate_velocity(
             .into_python()
             .map(PyVelocityEstimate);
     }
-    let mut config = config(method, domains, max_std_m, noise)?;
-    config.brightness_weight = brightness_weight.unwrap_or(config.brightness_weight);
+    let mut config = with_keywords(settings(config)?, method, domains, max_std_m, noise)?;
+    keywords!(config {
+        brightness_weight = brightness_weight,
+    });
     let gyro = gyro_rad_s
         .map(|v| vector3_of(v, "gyro_rad_s"))
         .transpose()?;

@@ -1,8 +1,7 @@
 //! A coloured cloud with one mean point in each cube of space that something was seen in.
 
-use crate::Result;
 use nalgebra::{Vector2, Vector3};
-use sphereflow_core::{DepthMap, Error, Plane, Pose, RangeMap};
+use sphereflow_core::{DepthMap, Error, Plane, Pose, RangeMap, Result, checks};
 use sphereflow_sphere::Camera;
 use std::collections::HashMap;
 
@@ -58,12 +57,8 @@ impl VoxelCloud {
     /// # Errors
     /// A core value error where `voxel_m` is not positive or `max_points` is 0 or above 2^31.
     pub fn new(voxel_m: f64, max_points: usize) -> Result<Self> {
-        if !(voxel_m.is_finite() && voxel_m > 0.0) {
-            return Err(Error::value("voxel_m", "a positive number of metres", voxel_m).into());
-        }
-        if !(1..=1 << 31).contains(&max_points) {
-            return Err(Error::value("max_points", "1 to 2^31", max_points).into());
-        }
+        checks::positive("voxel_m", voxel_m)?;
+        checks::within("max_points", max_points, 1..=1 << 31)?;
         Ok(Self {
             voxel_m,
             max_points,
@@ -121,6 +116,18 @@ impl VoxelCloud {
         self.add_view(range.metres(), colour, &view, |value, _| value)
     }
 
+    /// Adds the points of another cloud at the pose `own_from_other`, each with its number of
+    /// observations.
+    pub fn merge(&mut self, other: &Self, own_from_other: &Pose) {
+        for voxel in &other.voxels {
+            let mean = Vector3::from(voxel.sum) / f64::from(voxel.count);
+            let point = own_from_other.transform(&mean);
+            if let Some(slot) = self.slot(&point) {
+                self.voxels[slot].join(&point, voxel);
+            }
+        }
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.voxels.len()
@@ -172,22 +179,28 @@ impl VoxelCloud {
     }
 
     fn add_point(&mut self, point: &Vector3<f64>, rgb: Option<[u8; 3]>) -> bool {
+        match self.slot(point) {
+            Some(slot) => self.voxels[slot].add(point, rgb),
+            None => false,
+        }
+    }
+
+    /// The voxel of a point, made where there is none; `None`, and counted, where the cloud is full
+    /// or the point beyond its bounds.
+    fn slot(&mut self, point: &Vector3<f64>) -> Option<usize> {
         let scaled = point / self.voxel_m;
         let key: Key = [scaled.x, scaled.y, scaled.z].map(|v| v.floor() as i32);
-        let slot = match self.index.get(&key) {
-            Some(&slot) => slot as usize,
-            None => {
-                let inside = scaled.iter().all(|v| v.abs() < KEY_LIMIT); // false for NaN
-                if !inside || self.voxels.len() >= self.max_points {
-                    self.dropped += 1;
-                    return false;
-                }
-                self.index.insert(key, self.voxels.len() as u32);
-                self.voxels.push(Voxel::default());
-                self.voxels.len() - 1
-            }
-        };
-        self.voxels[slot].add(point, rgb)
+        if let Some(&slot) = self.index.get(&key) {
+            return Some(slot as usize);
+        }
+        let inside = scaled.iter().all(|v| v.abs() < KEY_LIMIT); // false for NaN
+        if !inside || self.voxels.len() >= self.max_points {
+            self.dropped += 1;
+            return None;
+        }
+        self.index.insert(key, self.voxels.len() as u32);
+        self.voxels.push(Voxel::default());
+        Some(self.voxels.len() - 1)
     }
 }
 
@@ -204,14 +217,18 @@ impl View<'_> {
         let expected = (self.camera.width(), self.camera.height());
         if size != expected {
             let text = |(w, h): (usize, usize)| format!("{w}x{h} pixels");
-            return Err(Error::shape(argument, text(expected), text(size)).into());
+            return Err(Error::shape(argument, text(expected), text(size)));
         }
         if self.stride == 0 {
-            return Err(Error::value("stride", "1 or more", self.stride).into());
+            return Err(Error::value("stride", "1 or more", self.stride));
         }
         if self.max_range_m.is_nan() || self.max_range_m <= 0.0 {
             let found = self.max_range_m;
-            return Err(Error::value("max_range_m", "a positive number of metres", found).into());
+            return Err(Error::value(
+                "max_range_m",
+                "a positive number of metres",
+                found,
+            ));
         }
         Ok(())
     }
@@ -255,6 +272,21 @@ impl Voxel {
             }
         }
         true
+    }
+
+    /// Adds the observations of another voxel, whose mean is at `point` here; a settled voxel takes no
+    /// more.
+    fn join(&mut self, point: &Vector3<f64>, other: &Self) {
+        let count = u64::from(self.count) + u64::from(other.count);
+        if count > 1 << 24 {
+            return;
+        }
+        for k in 0..3 {
+            self.sum[k] += f64::from(other.count) * point[k];
+            self.colour_sum[k] = self.colour_sum[k].saturating_add(other.colour_sum[k]);
+        }
+        self.count += other.count;
+        self.colour_count += other.colour_count;
     }
 
     fn position(&self) -> [f32; 3] {

@@ -1,10 +1,17 @@
-//! The map: for now a coloured, voxel-thinned cloud built from depth and estimated poses.
+//! The map: keyframes whose poses fit what they see of each other, the frames that hang on them, and
+//! a coloured cloud.
 
 mod cloud;
-mod error;
+mod config;
+mod keyframe_clouds;
+mod loops;
+pub mod map;
 
 pub use cloud::{CloudPoints, VoxelCloud};
-pub use error::Error;
+pub use config::GraphConfig;
+pub use keyframe_clouds::{CloudConfig, Distances, KeyframeClouds};
+pub use map::{GraphReport, Keyframe, Map};
 
-/// Result of the crate's fallible calls.
-pub type Result<T> = std::result::Result<T, Error>;
+/// Result of the crate's fallible calls: a core error names the argument, what was expected and what
+/// was found.
+pub use sphereflow_core::Result;

@@ -9,8 +9,8 @@ pub mod camera;
 pub mod depth_correction;
 mod grid;
 pub mod lie;
-pub mod pyramid;
 mod range;
+mod rolling_shutter;
 pub mod sampling;
 mod warp;
 
@@ -18,7 +18,7 @@ pub use calibration::Calibration;
 pub use camera::Camera;
 pub use depth_correction::{DepthCorrection, DepthCorrector};
 pub use grid::{Border, Edge, SphereGrid, laplacian_discrepancy};
-pub use pyramid::Pyramid;
 pub use range::{depth_from_range, range_from_depth};
+pub use rolling_shutter::{RollingShutter, row_time_s};
 pub use sampling::{Sampler, catmull_rom};
 pub use warp::Warp;

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import sphereflow
-from sphereflow.cli import ape, calib, demo, depth, info, rpe, run, sim, solve, traj, view
+from sphereflow.cli import ape, calib, config, demo, depth, info, rpe, run, sim, solve, traj, view
 
 app = typer.Typer(
     name="sphereflow",
@@ -39,7 +39,7 @@ def _options(
     """Options of the command itself."""
 
 
-for verb in (run, depth, demo, sim, info, calib, ape, rpe, traj, view, solve):
+for verb in (run, depth, demo, sim, info, calib, ape, rpe, traj, view, solve, config):
     verb.register(app)
 
 

@@ -36,7 +36,7 @@ def demo(
     rrd: Annotated[
         Path | None, typer.Option(help="Also record for the rerun viewer in this file.")
     ] = None,
-    max_frames: Annotated[int | None, typer.Option(help="Stop after so many frames.")] = None,
+    max_frames: Annotated[int | None, typer.Option(metavar="N", help="Stop after N frames.")] = None,
     pictures: Annotated[bool, typer.Option(help="Draw pictures of the result.")] = True,
     keep_recording: Annotated[
         bool, typer.Option("--keep-recording", help="Also write the simulated recording to OUT.")

@@ -1,4 +1,4 @@
-"""Options that ``ape`` and ``rpe`` share, under evo's names, and what they mean here."""
+"""Options that verbs share: those of ``ape`` and ``rpe`` under evo's names, and settings."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from sphereflow.cli.console import print_json, print_rows
+from sphereflow.config import EngineConfig
 from sphereflow.eval import PoseError
 from sphereflow.eval.alignment import Align
 from sphereflow.eval.relations import Relation
@@ -35,6 +36,13 @@ RELATIONS: dict[PoseRelation, Relation] = {
     PoseRelation.POINT_DISTANCE: "distance",
     PoseRelation.POINT_DISTANCE_ERROR_RATIO: "distance_percent",
 }
+
+
+class World(StrEnum):
+    """Axes of a run's world."""
+
+    AUTO = "auto"
+    FIRST_CAMERA = "first-camera"
 
 
 class Rule(StrEnum):
@@ -77,9 +85,23 @@ RuleOption = Annotated[
 Plot = Annotated[
     Path | None, typer.Option("-p", "--plot", help="Draw the error over time into this PNG file.")
 ]
+ConfigFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        metavar="FILE",
+        help="Settings (TOML); what it leaves out keeps its default. "
+        "`sphereflow config dump` prints all.",
+    ),
+]
 JsonFlag = Annotated[bool, typer.Option("--json", help="Print JSON for programs.")]
 
 NEXT = "check with `sphereflow traj REF EST` that both files hold what you expect"
+
+
+def read_config(path: Path | None) -> EngineConfig:
+    """The settings of a run in a file, or the defaults where there is none."""
+    return EngineConfig() if path is None else EngineConfig.from_toml(path)
 
 
 def alignment_name(align: bool, scale: bool, origin: bool) -> Align:

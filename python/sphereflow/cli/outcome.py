@@ -22,6 +22,7 @@ def finish(result: RunResult, min_coverage: float) -> None:
         ("calibration", _calibration(report)),
         ("read-out", f"{1000 * report['readout_s']:g} ms ({report['readout_source']})"),
         ("pose graph", _pose_graph(report)),
+        ("world", _world(report)),
         ("path length", f"{report['path_length_m']:.3f} m"),
         ("map", _map(report)),
         ("speed", "unknown" if rate is None else f"{rate:.1f} frames/s ({_stages(report)})"),
@@ -62,9 +63,14 @@ def _pose_graph(report: dict[str, Any]) -> str:
     return ", ".join(texts)
 
 
+def _world(report: dict[str, Any]) -> str:
+    because = report["world"]["because"]
+    return str(report["world"]["frame"]) + (f" ({because})" if because else "")
+
+
 def _map(report: dict[str, Any]) -> str:
     points = f"{report['map_points']} points"
-    return f"{points}, built again from the corrected poses" if report["map_rebuilt"] else points
+    return f"{points}, at the final poses"
 
 
 def _errors(report: dict[str, Any]) -> list[tuple[str, str]]:

@@ -8,7 +8,9 @@ from typing import Annotated
 import typer
 
 from sphereflow.cli.console import stage_bars, user_errors
+from sphereflow.cli.options import World
 from sphereflow.cli.outcome import finish
+from sphereflow.config import EngineConfig
 from sphereflow.pipeline import run as run_pipeline
 
 EXAMPLES = """[bold]Examples[/bold]
@@ -37,7 +39,7 @@ all poses fitted to the motions found. odometry.tum keeps the poses as they were
 
 [bold]Exit status[/bold]  0: tracked, coverage reached.  1: not.  2: an option has no meaning."""
 
-STAGES = {"track": "tracking", "compare": "comparing keyframes", "map": "mapping"}
+STAGES = {"track": "tracking", "compare": "comparing keyframes"}
 
 
 def register(app: typer.Typer) -> None:
@@ -70,10 +72,17 @@ def run(
             "0 for none), instead of the calibration's; calib rolling-shutter finds it.",
         ),
     ] = None,
+    world: Annotated[
+        World, typer.Option(help="y along gravity where it is known, or the first camera's axes.")
+    ] = World.AUTO,
+    config: Annotated[
+        Path | None,
+        typer.Option(help="Settings (TOML); config dump prints them all, config check reads a file."),
+    ] = None,
     rrd: Annotated[
         Path | None, typer.Option(help="Also record for the rerun viewer in this file.")
     ] = None,
-    max_frames: Annotated[int | None, typer.Option(help="Stop after so many frames.")] = None,
+    max_frames: Annotated[int | None, typer.Option(metavar="N", help="Stop after N frames.")] = None,
     pictures: Annotated[bool, typer.Option(help="Draw pictures of the result.")] = True,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an earlier result in the folder.")
@@ -81,13 +90,15 @@ def run(
     min_coverage: Annotated[
         float, typer.Option(help="Share of frames that must have a pose for exit status 0.")
     ] = 0.9,
-    voxel: Annotated[float, typer.Option(help="Cell size of the map in metres.")] = 0.02,
+    voxel: Annotated[
+        float | None, typer.Option(help="Cell size of the map in metres (0.02).")
+    ] = None,
 ) -> None:
     """Track a recording: trajectory, map, report and pictures into one folder.
 
-    Writes trajectory.tum (corrected) and odometry.tum (as measured; both: time in seconds, position
-    in metres, quaternion xyzw, world from camera), map.ply, report.json and pictures/. The folder
-    appears when all is written.
+    Writes trajectory.tum (final) and odometry.tum (as published while running; both: time in seconds,
+    position in metres, quaternion xyzw, world from camera), segments/, keyframes.tum, graph.g2o,
+    calibration.toml, map.ply, report.json and pictures/. The folder appears when all is written.
     """
     with stage_bars(STAGES) as progress:
         result = run_pipeline(
@@ -97,7 +108,9 @@ def run(
             calibration=calibration,
             depth_scale=depth_scale,
             pose_graph=pose_graph,
+            config=None if config is None else EngineConfig.from_toml(config),
             readout_s=readout,
+            world=world.value,
             rrd=rrd,
             max_frames=max_frames,
             pictures=pictures,

@@ -24,7 +24,7 @@ def draw_motion(path: str | Path, journal: Journal) -> Path:
     linear, angular = journal.velocities
     _components(axes[0], seconds, linear, "linear velocity (m/s)", LINEAR)
     _components(axes[1], seconds, np.rad2deg(angular), "angular velocity (deg/s)", ANGULAR)
-    axes[2].plot(seconds, journal.scores, color=canvas.TRUTH, linewidth=1.0)
+    axes[2].plot(seconds, journal.qualities, color=canvas.TRUTH, linewidth=1.0)
     axes[2].set(ylabel="score (0 to 1)", ylim=(0, None))
     _statuses(axes[3], seconds, journal.statuses)
     figure.suptitle(

@@ -20,7 +20,7 @@ def blueprint(rr: Any) -> Any:
     below = made.Horizontal(
         made.TimeSeriesView(origin="motion/linear_m_s", name="Linear velocity (m/s)"),
         made.TimeSeriesView(origin="motion/angular_rad_s", name="Angular velocity (rad/s)"),
-        made.TimeSeriesView(origin="motion/score", name="Score"),
+        made.TimeSeriesView(origin="motion/quality", name="Quality"),
         made.TextLogView(origin="log", name="Status"),
     )
     return made.Blueprint(made.Vertical(top, below, row_shares=[3, 1]))

@@ -6,6 +6,7 @@ they would be many times the size of the recording itself.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -78,12 +79,12 @@ class RunRecorder:
             millimetres = _millimetres(metres[::step, ::step])
             self._stream.log("world/camera/depth", self._rr.DepthImage(millimetres, meter=1000.0))
 
-    def cloud(self, index: int, stamp_ns: int, cloud: Any) -> None:
-        """Log the map where it has grown enough to look different."""
+    def cloud(self, index: int, stamp_ns: int, cloud: Callable[[], Any]) -> None:
+        """Log the map where it has grown enough to look different; ``cloud`` makes it."""
         if index % CLOUD_EVERY:
             return
         self._set_time(index, stamp_ns)
-        self._send_cloud(*cloud.points(), only_if_grown=True)
+        self._send_cloud(*cloud().points(), only_if_grown=True)
 
     def points(self, xyz_m: NDArray[np.float32], rgb: NDArray[np.uint8]) -> None:
         """Log a map that is ready."""
@@ -157,7 +158,7 @@ class RunRecorder:
             self._rr.TimeColumn("frame", sequence=np.arange(len(stamps))),
         ]
         linear, angular = journal.velocities
-        series = {"motion/score": journal.scores, "motion/has_pose": journal.has_pose.astype(float)}
+        series = {"motion/quality": journal.qualities, "motion/has_pose": journal.has_pose.astype(float)}
         for axis, name in enumerate(("x", "y", "z")):
             series[f"motion/linear_m_s/{name}"] = linear[:, axis]
             series[f"motion/angular_rad_s/{name}"] = angular[:, axis]

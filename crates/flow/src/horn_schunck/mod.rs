@@ -3,12 +3,10 @@
 mod relax;
 mod system;
 
-use crate::blank::is_blank;
-use crate::derivatives::{Derivatives, PairRows};
-use crate::error::{Error, positive, same_size};
-use crate::padded::Padded;
-use crate::{FlowField, Result};
+use crate::{Error, FlowField, Result};
 use sphereflow_core::Plane;
+use sphereflow_core::checks::positive;
+use sphereflow_raster::{Derivatives, Padded, PairRows, is_blank, same_size};
 use system::System;
 
 /// How the linear system (2.5) is solved.
@@ -72,7 +70,7 @@ pub fn horn_schunck(
         return Ok(FlowField::unknown(size.0, size.1));
     }
     let write = |y: usize, out: [&mut [f32]; 3]| rows.write(y, out);
-    Ok(solve(size, config, write, start))
+    solve(size, config, write, start)
 }
 
 /// [`horn_schunck`] of derivatives that are known already.
@@ -94,7 +92,7 @@ pub fn horn_schunck_of(
             out.copy_from_slice(plane.row(y));
         }
     };
-    Ok(solve(size, config, write, start))
+    solve(size, config, write, start)
 }
 
 fn check(
@@ -120,10 +118,10 @@ fn solve(
     config: &HornSchunckConfig,
     write: impl FnMut(usize, [&mut [f32]; 3]),
     start: Option<&FlowField>,
-) -> FlowField {
+) -> Result<FlowField> {
     const PLANES: usize = 7;
     let mut block = vec![0.0; PLANES * Padded::len(size)];
-    let [a, b, c, u, v, other_u, other_v] = Padded::split::<PLANES>(&mut block, size);
+    let [a, b, c, u, v, other_u, other_v] = Padded::split::<PLANES>(&mut block, size)?;
     let system = System::new([a, b, c], config, write);
     let mut flow = [u, v];
     if let Some(start) = start {
@@ -141,7 +139,7 @@ fn solve(
         } => system.relax(&mut flow, tolerance_px, sweeps),
     }
     let [u, v] = flow.map(|plane| plane.to_plane());
-    FlowField { u, v }
+    Ok(FlowField { u, v })
 }
 
 /// The cost I of a flow, grey levels squared.

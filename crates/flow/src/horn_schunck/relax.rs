@@ -1,9 +1,9 @@
 //! Successive over-relaxation of Horn and Schunck's system, the pixels as on a chessboard.
 
 use super::system::System;
-use crate::padded::{LANES, Padded};
 use crate::sweeping::{Blocks, Sweep, sweep_together};
 use pulp::Simd;
+use sphereflow_raster::{LANES, Padded};
 use std::ops::Range;
 
 /// Between 1 (Gauss-Seidel) and 2 (divergence): near the best for means over a few hundred pixels.

@@ -1,9 +1,9 @@
 //! The linear system of Horn and Schunck, and sweeps over it.
 
 use super::{HornSchunckConfig, Weights};
-use crate::padded::Padded;
 use crate::sweeping::{Blocks, Sweep, sweep_together};
 use pulp::Simd;
+use sphereflow_raster::Padded;
 use std::ops::Range;
 
 /// Measured at 640x480: what a group of sweeps reads and writes stays in the second cache; shorter pieces

@@ -1,7 +1,7 @@
 //! Settings of the TV-L1 flow, and which of them follow the images' noise.
 
-use crate::Result;
-use crate::error::{Error, positive};
+use crate::{Error, Result};
+use sphereflow_core::checks::{positive, within};
 
 /// Settings of [`TvL1Flow`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,9 +57,7 @@ impl TvL1Config {
             presmooth_px,
         } = self.settings(0.0);
         positive("lambda", f64::from(lambda))?;
-        if !(0.0..=1e3).contains(&split) {
-            return Err(Error::value("split", "0 to 1000", split));
-        }
+        within("split", split, 0.0..=1e3)?;
         for (name, value) in [
             ("warps", self.warps),
             ("iterations", self.iterations),
@@ -69,17 +67,8 @@ impl TvL1Config {
                 return Err(Error::value(name, "at least 1", value));
             }
         }
-        if self.median_radius > 2 {
-            return Err(Error::value(
-                "median_radius",
-                "0, 1 or 2",
-                self.median_radius,
-            ));
-        }
-        if !(0.0..=20.0).contains(&presmooth_px) {
-            return Err(Error::value("presmooth_px", "0 to 20 pixels", presmooth_px));
-        }
-        Ok(())
+        within("median_radius", self.median_radius, 0..=2)?;
+        within("presmooth_px", presmooth_px, 0.0..=20.0)
     }
 
     /// What is set, and for the rest what suits images with noise of `sigma` grey levels.

@@ -1,8 +1,8 @@
 //! The median filter of a flow between its linearisations: jumps stay, single wrong pixels go.
 
-use crate::padded::Padded;
 use rayon::prelude::*;
 use sphereflow_core::Plane;
+use sphereflow_raster::Padded;
 
 /// The median of each pixel over a square of `2 radius + 1` pixels, the border continued by its last pixel.
 pub(super) fn median_filtered(plane: &Padded, radius: usize, out: &mut Plane<f32>) {

@@ -6,15 +6,12 @@ mod median;
 mod solver;
 mod warping;
 
-use crate::blank::is_blank;
-use crate::derivatives::sobel_into;
-use crate::error::{Error, same_size};
-use crate::noise::measured_noise;
-use crate::{FlowField, Result};
+use crate::{Error, FlowField, Result};
 use config::Settings;
 pub use config::TvL1Config;
 use solver::{Weight, Workspace};
 use sphereflow_core::Plane;
+use sphereflow_raster::{is_blank, measured_noise, same_size, sobel_into};
 use warping::{halved, linearise_at, smoothed};
 
 /// Flow from `image0` to `image1` in pixels, of images of any size and any brightness scale.

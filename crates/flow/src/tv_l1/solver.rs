@@ -2,10 +2,10 @@
 
 use super::median::median_filtered;
 use crate::FlowField;
-use crate::padded::Padded;
 use crate::sweeping::{Blocks, Sweep, sweep_together};
 use pulp::Simd;
 use sphereflow_core::Plane;
+use sphereflow_raster::Padded;
 use std::ops::Range;
 
 /// Measured at 640x480: what a group of iterations reads and writes stays in the second cache; shorter

@@ -3,11 +3,10 @@
 use super::bicubic::{Bicubic, TOGETHER};
 use super::solver::{Weight, Workspace, linearise};
 use crate::FlowField;
-use crate::gaussian::Gaussian;
-use crate::padded::Padded;
 use nalgebra::Vector2;
 use rayon::prelude::*;
 use sphereflow_core::Plane;
+use sphereflow_raster::{Gaussian, Padded};
 use sphereflow_sphere::Sampler;
 
 /// The data at z + flow(z) into `work`: `to` read bicubically with its slopes, against `from`.

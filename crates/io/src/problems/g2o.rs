@@ -115,6 +115,41 @@ impl PoseGraphFile {
     }
 }
 
+/// Write poses, numbered from 0, and motions between them with their information, `[omega, v]` in the
+/// frame of the second pose, as a g2o file (whose order is translation before rotation).
+///
+/// # Errors
+/// Where the file cannot be written.
+pub fn write_g2o(
+    path: &Path,
+    poses: impl Iterator<Item = Pose>,
+    edges: impl Iterator<Item = (usize, usize, Pose, Matrix6<f64>)>,
+) -> Result<()> {
+    let numbers = |pose: &Pose| {
+        let (t, [x, y, z, w]) = (pose.translation, pose.quat_xyzw());
+        format!("{} {} {} {x} {y} {z} {w}", t.x, t.y, t.z)
+    };
+    write_file(path, |file| {
+        for (id, pose) in poses.enumerate() {
+            writeln!(file, "VERTEX_SE3:QUAT {id} {}", numbers(&pose))
+                .map_err(Error::system(path, "write"))?;
+        }
+        for (from, to, motion, information) in edges {
+            write!(file, "EDGE_SE3:QUAT {from} {to} {}", numbers(&motion))
+                .map_err(Error::system(path, "write"))?;
+            let moved = |k: usize| (k + 3) % 6;
+            for i in 0..6 {
+                for j in i..6 {
+                    write!(file, " {}", information[(moved(i), moved(j))])
+                        .map_err(Error::system(path, "write"))?;
+                }
+            }
+            writeln!(file).map_err(Error::system(path, "write"))?;
+        }
+        Ok(())
+    })
+}
+
 fn id(row: &Row<'_>, column: usize) -> Result<u64> {
     let text = row.text(column);
     text.parse()

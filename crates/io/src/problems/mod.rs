@@ -7,7 +7,7 @@ mod libmv;
 mod snavely;
 mod tokens;
 
-pub use g2o::{PoseGraphFile, read_g2o};
+pub use g2o::{PoseGraphFile, read_g2o, write_g2o};
 
 use crate::rows::read_text;
 use crate::{Error, Result};

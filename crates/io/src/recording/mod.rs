@@ -125,6 +125,23 @@ impl Recording {
         self.0.calibrated.as_ref().map(|known| &known.calibration)
     }
 
+    /// What is known of the device, with the colour camera where it is registered. `None` without
+    /// images. The frames' depth is already corrected by its field.
+    ///
+    /// # Errors
+    /// None in practice: the calibration was checked when it was read.
+    pub fn device(&self) -> Result<Option<CalibrationFile>> {
+        let Some(known) = self.0.calibrated.as_ref() else {
+            return Ok(None);
+        };
+        let mut file = known.calibration.clone();
+        if self.colour_registered() && file.colour.is_none() {
+            file.colour = Some(file.depth.clone());
+            file.colour_from_depth = Some(sphereflow_core::Pose::identity());
+        }
+        Ok(Some(file))
+    }
+
     /// Which calibration that is, and where it comes from.
     pub fn calibration_source(&self) -> String {
         match &self.0.calibrated {

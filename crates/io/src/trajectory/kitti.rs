@@ -154,7 +154,8 @@ fn same_bits(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
 /// Write a KITTI trajectory, without its time (see [`write_kitti_times`]).
 ///
 /// The translation reads back bit for bit. The rotation is written as the matrix of a quaternion
-/// within 1e-15 of the pose's (of 100 000 rotations a few: 4e-15), chosen so that a file that was read and is written again is
+/// within 1e-15 of the pose's (of 100 000 rotations a few: 4e-15), chosen so that a file that was
+/// read and is written again is
 /// the same file, and reads back the same poses, bit for bit.
 ///
 /// # Errors

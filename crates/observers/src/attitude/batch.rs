@@ -41,7 +41,8 @@ impl AttitudeRun {
 }
 
 impl AttitudeFilter {
-    /// All samples (vectors or arrays of three) in order, going on from the present state. Time steps are the differences of the
+    /// All samples (vectors or arrays of three) in order, going on from the present state. Time
+    /// steps are the differences of the
     /// stamps; that of the first sample is the second's. A row of `mag` that is all NaN means no
     /// reading at that instant, a stamp that does not increase is a skipped sample.
     ///

@@ -1,7 +1,7 @@
 //! Settings of the attitude filter.
 
 use crate::Result;
-use crate::error::positive;
+use sphereflow_core::checks;
 
 /// Which estimator answers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -92,21 +92,22 @@ impl AttitudeConfig {
     /// # Errors
     /// A value error naming the setting out of range.
     pub fn check(&self) -> Result<()> {
-        for (name, value) in [
-            ("tau_accel_s", self.tau_accel_s),
-            ("tau_mag_s", self.tau_mag_s),
-            ("bias_clip_rad_s", self.bias_clip_rad_s),
-            ("bias_sigma_start_rad_s", self.bias_sigma_start_rad_s),
-            ("bias_sigma_motion_rad_s", self.bias_sigma_motion_rad_s),
-            ("bias_sigma_rest_rad_s", self.bias_sigma_rest_rad_s),
-            ("bias_forgetting_s", self.bias_forgetting_s),
-            ("invariant_gain", self.invariant_gain),
-            ("invariant_bias_gain", self.invariant_bias_gain),
-            ("gyro_limit_rad_s", self.gyro_limit_rad_s),
-            ("max_gap_s", self.max_gap_s),
-        ] {
-            positive(name, value)?;
-        }
+        checks::each(
+            checks::positive,
+            &[
+                ("tau_accel_s", self.tau_accel_s),
+                ("tau_mag_s", self.tau_mag_s),
+                ("bias_clip_rad_s", self.bias_clip_rad_s),
+                ("bias_sigma_start_rad_s", self.bias_sigma_start_rad_s),
+                ("bias_sigma_motion_rad_s", self.bias_sigma_motion_rad_s),
+                ("bias_sigma_rest_rad_s", self.bias_sigma_rest_rad_s),
+                ("bias_forgetting_s", self.bias_forgetting_s),
+                ("invariant_gain", self.invariant_gain),
+                ("invariant_bias_gain", self.invariant_bias_gain),
+                ("gyro_limit_rad_s", self.gyro_limit_rad_s),
+                ("max_gap_s", self.max_gap_s),
+            ],
+        )?;
         Ok(())
     }
 }

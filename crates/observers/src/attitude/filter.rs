@@ -4,6 +4,8 @@ use super::config::{AttitudeConfig, Method, World};
 use super::inertial::InertialFilter;
 use super::invariant::InvariantObserver;
 use crate::checks::{self, DeadAxis};
+use crate::limits;
+use crate::spikes::{Sieved, SpikeGate};
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -29,6 +31,8 @@ pub struct AttitudeFilter {
     estimator: Estimator,
     gyro_axes: DeadAxis,
     accel_axes: DeadAxis,
+    gates: [SpikeGate; 2],
+    refused_fields: u64,
     last_gyro: Vector3<f64>,
     time_s: f64,
     last_mag_s: Option<f64>,
@@ -46,6 +50,8 @@ enum Estimator {
 
 /// A heading without a magnetic reading for so long is said to drift, seconds.
 const HEADING_S: f64 = 10.0;
+/// A turn in a gap is guessed for so long, seconds: after that the body has turned elsewhere.
+const GUESSED_S: f64 = 2.0;
 /// The filter settles within so many time constants of its slowest part.
 const SETTLING: f64 = 1.0;
 
@@ -63,6 +69,8 @@ impl AttitudeFilter {
             estimator,
             gyro_axes: DeadAxis::new(),
             accel_axes: DeadAxis::new(),
+            gates: [SpikeGate::gyro(), SpikeGate::accel()],
+            refused_fields: 0,
             last_gyro: Vector3::zeros(),
             time_s: 0.0,
             last_mag_s: None,
@@ -91,6 +99,11 @@ impl AttitudeFilter {
         self.state()
     }
 
+    /// Readings left out so far because no sensor reads such numbers, or because they were spikes.
+    pub fn refused(&self) -> u64 {
+        self.refused_fields + self.gates.iter().map(SpikeGate::refused).sum::<u64>()
+    }
+
     /// The state after the last sample.
     pub fn state(&self) -> AttitudeState {
         let (earth_from_body, bias, at_rest, disturbed) = match &self.estimator {
@@ -113,36 +126,45 @@ impl AttitudeFilter {
         mag: Option<&Vector3<f64>>,
         dt_s: f64,
     ) -> Status {
-        if !(dt_s > 0.0 && dt_s.is_finite()) {
+        if !limits::is_step(dt_s) {
             return Status::Skipped(Reason::StampNotIncreasing);
         }
         self.time_s += dt_s;
-        if !checks::is_finite(gyro) {
-            // The best guess of an unknown rate is the last one.
-            self.turn(&self.last_gyro.clone(), dt_s.min(self.config.max_gap_s));
-            return Status::Skipped(Reason::NotFinite {
-                sensor: Sensor::Gyro,
-            });
+        let saturated = self.saturated(gyro);
+        let mut turning = *gyro;
+        match self.gates[0].step(gyro, dt_s) {
+            Sieved::Refused(reason) => {
+                // The best guess of an unknown rate is the last one.
+                let held = self.last_gyro;
+                self.turn(&held, dt_s.min(self.config.max_gap_s));
+                return saturated.map_or(Status::Skipped(reason), Status::Weak);
+            }
+            Sieved::Late(off, held_s) => turning += off * (held_s / dt_s),
+            Sieved::Good => (),
         }
-        if self.used && dt_s > self.config.max_gap_s {
+        if dt_s > self.config.max_gap_s {
             return self.gap(gyro, dt_s);
         }
         self.last_gyro = *gyro;
-        if let Some(reason) = checks::saturated(gyro, self.config.gyro_limit_rad_s) {
-            self.lasting = Some((reason, self.time_s + self.config.tau_mag_s));
+        if let Sieved::Refused(reason) = self.gates[1].step(accel, dt_s) {
+            self.turn(&turning, dt_s);
+            return Status::Weak(reason);
         }
-        if !checks::is_finite(accel) {
-            self.turn(gyro, dt_s);
-            return Status::Weak(Reason::NotFinite {
-                sensor: Sensor::Accel,
-            });
-        }
-        let bad_mag = mag.is_some_and(|m| !checks::is_finite(m));
-        let usable = if bad_mag { None } else { mag };
-        self.estimate(gyro, accel, usable, dt_s);
+        let bad_mag = mag.and_then(limits::refused_field);
+        self.refused_fields += u64::from(bad_mag.is_some());
+        let usable = if bad_mag.is_some() { None } else { mag };
+        self.estimate(&turning, accel, usable, dt_s);
         self.used = true;
         let dead = self.dead_axis(gyro, accel, dt_s);
         self.judge(dead, bad_mag)
+    }
+
+    /// A gyro at its limit is remembered until the heading has been found again.
+    fn saturated(&mut self, gyro: &Vector3<f64>) -> Option<Reason> {
+        let in_range = limits::refused(Sensor::Gyro, gyro, limits::GYRO_RAD_S).is_none();
+        let reason = checks::saturated(gyro, self.config.gyro_limit_rad_s).filter(|_| in_range)?;
+        self.lasting = Some((reason, self.time_s + self.config.tau_mag_s));
+        Some(reason)
     }
 
     fn turn(&mut self, gyro: &Vector3<f64>, dt_s: f64) {
@@ -152,11 +174,13 @@ impl AttitudeFilter {
         }
     }
 
-    /// After a gap the turn in it is unknown: the mean rate is the guess, and the inclination and
-    /// the heading are sought anew.
+    /// After a gap the turn in it is unknown: the mean rate is the guess for a while, and the
+    /// inclination and the heading are sought anew.
     fn gap(&mut self, gyro: &Vector3<f64>, dt_s: f64) -> Status {
-        let rate = (self.last_gyro + gyro) * 0.5;
-        self.turn(&rate, dt_s);
+        if self.used {
+            let rate = (self.last_gyro + gyro) * 0.5;
+            self.turn(&rate, dt_s.min(GUESSED_S));
+        }
         if let Estimator::Inertial(f) = &mut self.estimator {
             f.restart();
         }
@@ -207,7 +231,7 @@ impl AttitudeFilter {
     }
 
     /// The worst that is to be said of the state.
-    fn judge(&mut self, dead: Option<Reason>, bad_mag: bool) -> Status {
+    fn judge(&mut self, dead: Option<Reason>, bad_mag: Option<Reason>) -> Status {
         if let Some(reason) = dead {
             return Status::Weak(reason);
         }
@@ -227,10 +251,8 @@ impl AttitudeFilter {
         if disturbed {
             return Status::Weak(Reason::MagneticDisturbance);
         }
-        if bad_mag {
-            return Status::Weak(Reason::NotFinite {
-                sensor: Sensor::Mag,
-            });
+        if let Some(reason) = bad_mag {
+            return Status::Weak(reason);
         }
         let seconds = SETTLING * self.config.tau_accel_s - self.time_s;
         if seconds > 0.0 {

@@ -18,6 +18,10 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 /// Steps closer to each other than this share use the same coefficients: their error is of that
 /// size, while integration always takes the exact step.
 const SAME_STEP: f64 = 1e-3;
+/// Accelerations of a body beyond this are cut, m/s^2 (3 g and more): a tenth of a second of
+/// anything then tilts the horizon by 4 degrees at most. Lower: hard shaking is cut, and its mean
+/// with it; higher: bursts turn the horizon further.
+const REACH_M_S2: f64 = 35.0;
 /// Weights of the heading's first corrections never fall below 1/n, so that it is found at once.
 const FIRST_WEIGHT: f64 = 1.0;
 
@@ -94,7 +98,7 @@ impl InertialFilter {
         self.integrate(gyro, dt_s);
         // The specific force is low-passed in the level frame, whose every turn turns the low-pass
         // with it: that is a low-pass in an inertial frame.
-        let now = self.levelled * accel;
+        let now = self.within_reach(self.levelled * accel);
         let force = self
             .accel_low_pass
             .step(&[now.x, now.y, now.z], &self.table.accel);
@@ -109,6 +113,19 @@ impl InertialFilter {
         self.rotation = *self.levelled.to_rotation_matrix().matrix();
         let at_rest = may_rest && self.rest.is_at_rest();
         self.estimate_bias(tilt, at_rest, clip);
+    }
+
+    /// The specific force, level frame, at most [`REACH_M_S2`] off the low-passed one: a burst of
+    /// nonsense that no spike gate sees does not turn the horizon at once.
+    #[inline]
+    fn within_reach(&self, now: Vector3<f64>) -> Vector3<f64> {
+        let mean = Vector3::from(*self.accel_low_pass.value());
+        let off = now - mean;
+        let square = off.norm_squared();
+        if square <= REACH_M_S2 * REACH_M_S2 {
+            return now;
+        }
+        mean + off * (REACH_M_S2 / square.sqrt())
     }
 
     /// `tilt` is the rate at which the inclination was corrected, rad/s.

@@ -33,6 +33,8 @@ pub struct InvariantObserver {
     since_mag_s: f64,
 }
 
+/// A specific force beyond this, m/s^2, does not point up: it is some 4 g of anything else.
+const LARGEST_M_S2: f64 = 45.0;
 /// Steps closer to each other than this share use the same low-passes.
 const SAME_STEP: f64 = 1e-3;
 
@@ -76,7 +78,7 @@ impl InvariantObserver {
     ) {
         self.watch(gyro, accel, dt_s);
         let norm = accel.norm();
-        if norm < 1e-9 {
+        if !(1e-9..LARGEST_M_S2).contains(&norm) {
             return self.turn(gyro, dt_s);
         }
         let up_body = accel / norm;

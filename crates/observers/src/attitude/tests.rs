@@ -13,6 +13,7 @@ mod bad_input;
 mod bad_table;
 mod invariant;
 mod motion;
+mod spikes;
 mod visual;
 
 const DT_S: f64 = 0.005;

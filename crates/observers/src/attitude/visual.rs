@@ -8,7 +8,8 @@
 
 use super::config::AttitudeConfig;
 use crate::checks::Watch;
-use crate::error::positive;
+use crate::limits;
+use crate::spikes::{Sieved, SpikeGate};
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{UnitQuaternion, Vector3};
 use sphereflow_sphere::lie::so3;
@@ -21,11 +22,21 @@ pub struct VisualAttitude {
     since_vision_s: f64,
     last_gyro: Vector3<f64>,
     watch: Watch,
+    gate: SpikeGate,
     max_gap_s: f64,
+    /// Visual attitudes have disagreed for so long, seconds.
+    disagreed_s: f64,
     /// The turn since the last attitude is unknown.
     lost: bool,
 }
 
+/// A visual attitude further off is left out, rad: ten degrees and more is no noise of vision. Lower:
+/// a poor start takes the patience's time; higher: wrong attitudes pull.
+const GATE_RAD: f64 = 0.2;
+/// The gate opens with the time without vision: a gyro with its bias left in drifts so fast, rad/s.
+const DRIFT_RAD_S: f64 = 0.1;
+/// Visual attitudes that disagree for so long are right, seconds.
+const PATIENCE_S: f64 = 1.0;
 /// Without a visual attitude for so long the answer is said to coast, seconds.
 const COASTING_S: f64 = 0.5;
 
@@ -35,15 +46,17 @@ impl VisualAttitude {
     /// # Errors
     /// A value error where the gain is not positive.
     pub fn new(gain_per_s: f64) -> Result<Self> {
-        positive("gain_per_s", gain_per_s)?;
-        let limits = AttitudeConfig::default();
+        sphereflow_core::checks::positive("gain_per_s", gain_per_s)?;
+        let settings = AttitudeConfig::default();
         Ok(Self {
             gain: gain_per_s,
             rotation: None,
             since_vision_s: 0.0,
             last_gyro: Vector3::zeros(),
-            watch: Watch::new(limits.gyro_limit_rad_s),
-            max_gap_s: limits.max_gap_s,
+            watch: Watch::new(settings.gyro_limit_rad_s),
+            gate: SpikeGate::gyro(),
+            max_gap_s: settings.max_gap_s,
+            disagreed_s: 0.0,
             lost: false,
         })
     }
@@ -56,16 +69,19 @@ impl VisualAttitude {
         visual: Option<&UnitQuaternion<f64>>,
         dt_s: f64,
     ) -> Status {
-        if !(dt_s > 0.0 && dt_s.is_finite()) {
+        if !limits::is_step(dt_s) {
             return Status::Skipped(Reason::StampNotIncreasing);
         }
-        if !gyro.iter().all(|v| v.is_finite()) {
-            // The best guess of an unknown rate is the last one.
-            let held = self.last_gyro;
-            self.turn(&held, dt_s.min(self.max_gap_s));
-            return Status::Skipped(Reason::NotFinite {
-                sensor: Sensor::Gyro,
-            });
+        let mut turning = *gyro;
+        match self.gate.step(gyro, dt_s) {
+            Sieved::Refused(reason) => {
+                // The best guess of an unknown rate is the last one.
+                let held = self.last_gyro;
+                self.turn(&held, dt_s.min(self.max_gap_s));
+                return Status::Skipped(reason);
+            }
+            Sieved::Late(off, held_s) => turning += off * (held_s / dt_s),
+            Sieved::Good => (),
         }
         self.last_gyro = *gyro;
         let saturated = self.watch.step(gyro, None, dt_s);
@@ -82,18 +98,20 @@ impl VisualAttitude {
                 Status::Starting(Reason::NoData)
             };
         };
+        if let (true, Some(visual)) = (self.lost, visual) {
+            // What is not known is not kept: the visual attitude takes its place.
+            self.rotation = Some(*visual);
+            (self.lost, self.since_vision_s, self.disagreed_s) = (false, 0.0, 0.0);
+            return self.judge();
+        }
+        let predicted = rotation * so3::exp(&(turning * dt_s.min(self.max_gap_s)));
+        let gated = visual.and_then(|visual| self.disagrees(&predicted, visual, dt_s));
+        let visual = visual.filter(|_| gated.is_none());
         self.since_vision_s = if visual.is_some() {
             0.0
         } else {
             self.since_vision_s + dt_s
         };
-        if let (true, Some(visual)) = (self.lost, visual) {
-            // What is not known is not kept: the visual attitude takes its place.
-            self.rotation = Some(*visual);
-            self.lost = false;
-            return self.judge();
-        }
-        let predicted = rotation * so3::exp(&(gyro * dt_s));
         let correction = visual.map_or_else(Vector3::zeros, |visual| {
             let error = predicted.inverse() * visual;
             let sign = if error.w < 0.0 { -1.0 } else { 1.0 };
@@ -103,7 +121,36 @@ impl VisualAttitude {
         let mut next = predicted * so3::exp(&correction);
         next.renormalize();
         self.rotation = Some(next);
-        self.judge()
+        gated.map_or_else(|| self.judge(), Status::Weak)
+    }
+
+    /// Why a visual attitude is left out: it lies further from the predicted one than vision and
+    /// gyro can. One that stays there is right in the end, and the next one takes the place of all.
+    fn disagrees(
+        &mut self,
+        predicted: &UnitQuaternion<f64>,
+        visual: &UnitQuaternion<f64>,
+        dt_s: f64,
+    ) -> Option<Reason> {
+        let angle = predicted.angle_to(visual);
+        // The gyro's drift since the last visual attitude is no fault of the next one.
+        let limit = GATE_RAD + DRIFT_RAD_S * self.since_vision_s;
+        if angle <= limit {
+            self.disagreed_s = 0.0;
+            return None;
+        }
+        self.disagreed_s += dt_s;
+        self.lost |= self.disagreed_s > PATIENCE_S;
+        Some(Reason::Gated {
+            sensor: Sensor::Pose,
+            distance: (angle / limit).powi(2),
+            limit: 1.0,
+        })
+    }
+
+    /// Gyro readings refused so far: beyond what a gyro reads, or spikes.
+    pub fn refused(&self) -> u64 {
+        self.gate.refused()
     }
 
     fn turn(&mut self, gyro: &Vector3<f64>, dt_s: f64) {

@@ -2,8 +2,8 @@
 
 use super::observer::ObserverGains;
 use crate::Result;
-use crate::error::positive;
 use crate::imu_noise;
+use sphereflow_core::checks;
 
 /// Which estimator answers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,36 +77,29 @@ impl ImuBiasConfig {
     /// # Errors
     /// A value error naming the setting out of range.
     pub fn check(&self) -> Result<()> {
-        for (name, value) in [
-            ("gravity_m_s2", self.gravity_m_s2),
-            ("gravity_sigma_m_s2", self.gravity_sigma_m_s2),
-            ("field_sigma", self.field_sigma),
-            ("gyro_sigma_rad_s", self.gyro_sigma_rad_s),
-            ("accel_sigma_m_s2", self.accel_sigma_m_s2),
-            ("gyro_bias_sigma", self.gyro_bias_sigma),
-            ("accel_bias_sigma", self.accel_bias_sigma),
-            ("gate", self.gate),
-            ("max_gap_s", self.max_gap_s),
-            ("gyro_limit_rad_s", self.gyro_limit_rad_s),
-        ] {
-            positive(name, value)?;
-        }
-        let out_of_range = |name: &str, expected: &str, found: f64| -> crate::Error {
-            sphereflow_core::Error::value(name, expected, found).into()
-        };
-        for (name, value) in [
+        checks::each(
+            checks::positive,
+            &[
+                ("gravity_m_s2", self.gravity_m_s2),
+                ("gravity_sigma_m_s2", self.gravity_sigma_m_s2),
+                ("field_sigma", self.field_sigma),
+                ("gyro_sigma_rad_s", self.gyro_sigma_rad_s),
+                ("accel_sigma_m_s2", self.accel_sigma_m_s2),
+                ("gyro_bias_sigma", self.gyro_bias_sigma),
+                ("accel_bias_sigma", self.accel_bias_sigma),
+                ("gate", self.gate),
+                ("max_gap_s", self.max_gap_s),
+                ("gyro_limit_rad_s", self.gyro_limit_rad_s),
+            ],
+        )?;
+        let walks = [
             ("gyro_walk", self.gyro_walk),
             ("accel_walk", self.accel_walk),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(out_of_range(name, "a finite number, 0 or above", value));
-            }
+        ];
+        checks::each(checks::non_negative, &walks)?;
+        if let Some(dot) = self.field_dot_down {
+            checks::within("field_dot_down", dot, -1.0..=1.0)?;
         }
-        match self.field_dot_down {
-            Some(dot) if !(-1.0..=1.0).contains(&dot) => {
-                Err(out_of_range("field_dot_down", "a cosine, -1 to 1", dot))
-            }
-            _ => self.gains.check(),
-        }
+        self.gains.check()
     }
 }

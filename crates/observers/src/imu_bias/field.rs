@@ -1,7 +1,7 @@
 //! Which magnetic fields may say where gravity is: those of a steady norm, at a likely angle to it.
 
-use crate::checks::is_finite;
-use crate::{Reason, Sensor};
+use crate::Reason;
+use crate::limits::refused_field;
 use nalgebra::Vector3;
 
 /// Relative change of the norm that is a disturbance.
@@ -27,12 +27,10 @@ impl FieldCheck {
         dot: f64,
         since_s: f64,
     ) -> Result<Vector3<f64>, Reason> {
-        let norm = mag.norm();
-        if !is_finite(mag) || norm <= 1e-12 {
-            return Err(Reason::NotFinite {
-                sensor: Sensor::Mag,
-            });
+        if let Some(reason) = refused_field(mag) {
+            return Err(reason);
         }
+        let norm = mag.norm();
         let believed = self.norm.get_or_insert(norm);
         let off = norm / *believed - 1.0;
         *believed += (norm - *believed) * (1.0 - (-since_s.max(0.0) / NORM_TAU_S).exp());

@@ -1,14 +1,18 @@
 //! The estimator of IMU biases: samples in, biases, gravity and velocity with a status out.
 
+mod measure;
+
 use super::VelocityMeasurement;
 use super::config::{ImuBiasConfig, ImuBiasMethod};
 use super::field::FieldCheck;
 use super::kalman::{Kalman, Matrix12};
 use super::kinematics::Kinematics;
-use super::observability::Excitation;
-use crate::checks::{Watch, is_finite};
+use super::observability::{Excitation, ObserverProgress};
+use crate::checks::Watch;
+use crate::limits;
+use crate::spikes::{Sieved, SpikeGate};
 use crate::{Reason, Result, Sensor, Status};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use sphereflow_sphere::lie::so3;
 
 /// What is told after each sample, body frame.
@@ -34,8 +38,15 @@ pub struct ImuBiasEstimator {
     pub(super) config: ImuBiasConfig,
     pub(super) kalman: Kalman,
     excitation: Excitation,
+    progress: ObserverProgress,
     started: bool,
     watch: Watch,
+    /// Of gyro and accelerometer.
+    gates: [SpikeGate; 2],
+    refused: u64,
+    /// So many velocities in a row have disagreed, and did so before they were believed.
+    disagreed: usize,
+    lost_before: bool,
     fields: FieldCheck,
     since_velocity_s: f64,
     since_field_s: f64,
@@ -45,11 +56,14 @@ pub struct ImuBiasEstimator {
     /// The gyro's bias as last measured: the observer turns gravity with it.
     measured_bias: Option<Vector3<f64>>,
     blind: usize,
+    settling_s: Option<f64>,
     /// The readings before: a step integrates the mean of those at its two ends.
     last: Option<[Vector3<f64>; 2]>,
     status: Status,
 }
 
+/// So many velocities in a row that are gated are right.
+const PATIENCE: usize = 10;
 /// Without a velocity for so long the state coasts, seconds.
 const COASTING_S: f64 = 1.0;
 
@@ -62,8 +76,13 @@ impl ImuBiasEstimator {
             config,
             kalman: Kalman::new(&config, Kinematics::default()),
             excitation: Excitation::default(),
+            progress: ObserverProgress::default(),
             started: false,
             watch: Watch::new(config.gyro_limit_rad_s),
+            gates: [SpikeGate::gyro(), SpikeGate::accel()],
+            refused: 0,
+            disagreed: 0,
+            lost_before: false,
             fields: FieldCheck::default(),
             since_velocity_s: 0.0,
             since_field_s: 0.0,
@@ -71,6 +90,7 @@ impl ImuBiasEstimator {
             travelled: Vector3::zeros(),
             measured_bias: None,
             blind: 3,
+            settling_s: None,
             last: None,
             status: Status::Starting(Reason::NoData),
         })
@@ -122,22 +142,28 @@ impl ImuBiasEstimator {
         mag: Option<&Vector3<f64>>,
         dt_s: f64,
     ) -> Status {
-        if !(dt_s > 0.0 && dt_s.is_finite()) {
+        if !limits::is_step(dt_s) {
             return Status::Skipped(Reason::StampNotIncreasing);
         }
-        for (sensor, v) in [(Sensor::Gyro, gyro), (Sensor::Accel, accel)] {
-            if !is_finite(v) {
-                self.hold(dt_s);
-                return Status::Skipped(Reason::NotFinite { sensor });
+        let (saturated, sieved) = self.sieve(gyro, accel, dt_s);
+        let late = match sieved {
+            Ok(late) => late,
+            Err(_) if saturated => {
+                self.lose_motion();
+                return self.judge();
             }
-        }
+            Err(reason) => {
+                self.hold(dt_s);
+                return Status::Skipped(reason);
+            }
+        };
         self.start(accel, velocity);
-        let saturated = self.watch.step(gyro, Some(accel), dt_s);
         let gap = (dt_s > self.config.max_gap_s).then_some(Reason::Gap { seconds: dt_s });
         if let Some(reason) = gap {
             self.watch.remember(reason);
         }
         if saturated || gap.is_some() {
+            self.kalman.wander(&self.config, dt_s);
             self.lose_motion();
             self.last = Some([*gyro, *accel]);
             return self.judge();
@@ -146,23 +172,80 @@ impl ImuBiasEstimator {
             .last
             .replace([*gyro, *accel])
             .unwrap_or([*gyro, *accel]);
+        let [late_gyro, late_accel] = late;
         self.predict(
-            &((gyro + earlier_gyro) * 0.5),
-            &((accel + earlier_accel) * 0.5),
+            &((gyro + earlier_gyro) * 0.5 + late_gyro),
+            &((accel + earlier_accel) * 0.5 + late_accel),
             dt_s,
         );
         let (field, disturbed) = self.field(mag);
         let omega = gyro - self.kalman.x.gyro_bias;
         self.excitation.push(&omega, field.as_ref(), dt_s);
-        if let Some(field) = field {
-            self.use_field(&field);
+        if self.config.method == ImuBiasMethod::Observer {
+            self.progress.push(&omega, field.as_ref(), dt_s);
         }
-        let used = velocity.map_or(Ok(()), |velocity| self.use_velocity(velocity));
-        match used.err().or(disturbed) {
+        let gated = field.and_then(|field| self.use_field(&field));
+        let used = velocity.map_or(Ok(()), |velocity| {
+            let outcome = self.use_velocity(velocity);
+            self.lose_patience(outcome);
+            outcome
+        });
+        match used.err().or(disturbed).or(gated) {
             // A sensor with a flaw is the cause, a gate only what follows from it.
             Some(Reason::Gated { .. }) if self.watch.flaw().is_some() => self.judge(),
             Some(reason) => Status::Weak(reason),
             None => self.judge(),
+        }
+    }
+
+    /// True where the gyro is at its limit; and the mean rates that were held back in vain, or why
+    /// the readings are not used.
+    fn sieve(
+        &mut self,
+        gyro: &Vector3<f64>,
+        accel: &Vector3<f64>,
+        dt_s: f64,
+    ) -> (bool, std::result::Result<[Vector3<f64>; 2], Reason>) {
+        let possible = limits::refused(Sensor::Gyro, gyro, limits::GYRO_RAD_S).is_none()
+            && limits::refused(Sensor::Accel, accel, limits::ACCEL_M_S2).is_none();
+        let saturated = possible && self.watch.step(gyro, Some(accel), dt_s);
+        let mut late = Ok([Vector3::zeros(); 2]);
+        for (i, reading) in [gyro, accel].into_iter().enumerate() {
+            match (self.gates[i].step(reading, dt_s), &mut late) {
+                (Sieved::Refused(reason), _) => late = Err(reason),
+                // Both steps took the mean with the reading held in its place.
+                (Sieved::Late(off, held_s), Ok(late)) => {
+                    late[i] = off * (0.5 * (held_s + dt_s) / dt_s);
+                }
+                _ => (),
+            }
+        }
+        (saturated, late)
+    }
+
+    /// Readings and velocities refused so far: numbers that nothing measures, and spikes. Velocities
+    /// that the state does not explain are not among them.
+    pub fn refused(&self) -> u64 {
+        self.refused + self.gates.iter().map(SpikeGate::refused).sum::<u64>()
+    }
+
+    /// Velocities that are gated for long are right.
+    fn lose_patience(&mut self, outcome: std::result::Result<(), Reason>) {
+        self.disagreed = match outcome {
+            Err(Reason::Gated { .. }) => self.disagreed + 1,
+            Err(_) => self.disagreed,
+            Ok(()) => 0,
+        };
+        if outcome.is_ok() {
+            self.lost_before = false;
+        }
+        if self.disagreed > PATIENCE {
+            self.disagreed = 0;
+            // Velocity and gravity first; the biases where that did not help.
+            if std::mem::replace(&mut self.lost_before, true) {
+                self.kalman.doubt(&self.config);
+            }
+            self.forget_motion();
         }
     }
 
@@ -179,6 +262,11 @@ impl ImuBiasEstimator {
     /// The turn since the sample before is unknown, and with it velocity and gravity. The observer,
     /// which has no covariance to grow, begins with both anew.
     fn lose_motion(&mut self) {
+        self.progress.lose_motion();
+        self.forget_motion();
+    }
+
+    fn forget_motion(&mut self) {
         self.kalman.forget_motion();
         self.begin_interval();
         self.started = self.config.method == ImuBiasMethod::Ekf && self.started;
@@ -191,7 +279,7 @@ impl ImuBiasEstimator {
         }
         self.started = true;
         self.kalman.x.gravity = -accel.normalize() * self.config.gravity_m_s2;
-        if let Some(velocity) = velocity.filter(|v| v.is_finite()) {
+        if let Some(velocity) = velocity.filter(|v| v.refused().is_none()) {
             self.kalman.x.velocity = velocity.linear_m_s;
         }
     }
@@ -227,86 +315,6 @@ impl ImuBiasEstimator {
         }
     }
 
-    /// `b . g = B . G`. Thesis: section 7.1.
-    fn use_field(&mut self, field: &Vector3<f64>) {
-        let config = &self.config;
-        let product = config.field_dot_down.unwrap_or_default() * config.gravity_m_s2;
-        match config.method {
-            ImuBiasMethod::Ekf => {
-                let residual = product - field.dot(&self.kalman.x.gravity);
-                let variance = (config.field_sigma * config.gravity_m_s2).powi(2);
-                self.kalman.update_gravity(field, residual, variance);
-            }
-            ImuBiasMethod::Observer => {
-                let gains = &config.gains;
-                gains.correct_field(&mut self.kalman.x, field, product, self.since_field_s);
-            }
-        }
-        self.since_field_s = 0.0;
-    }
-
-    fn use_velocity(&mut self, velocity: &VelocityMeasurement) -> std::result::Result<(), Reason> {
-        if !velocity.is_finite() {
-            return Err(Reason::NotFinite {
-                sensor: Sensor::Velocity,
-            });
-        }
-        let since_s = self.since_velocity_s;
-        let now = self.last.map_or_else(Vector3::zeros, |[gyro, _]| gyro);
-        let rate = if velocity.is_mean_angular {
-            self.turned / since_s
-        } else {
-            now
-        };
-        let speed = if velocity.is_mean {
-            self.travelled / since_s
-        } else {
-            self.kalman.x.velocity
-        };
-        let error = speed - velocity.linear_m_s;
-        let bias = velocity.angular_rad_s.map(|omega| rate - omega);
-        let outcome = match self.config.method {
-            ImuBiasMethod::Ekf => self.kalman_velocity(velocity, &-error, bias.as_ref()),
-            ImuBiasMethod::Observer => {
-                let gains = self.config.gains;
-                gains.correct(&mut self.kalman.x, &error, bias.as_ref(), since_s);
-                self.measured_bias = bias;
-                Ok(())
-            }
-        };
-        self.begin_interval();
-        self.blind = self.excitation.blind_count();
-        outcome
-    }
-
-    fn kalman_velocity(
-        &mut self,
-        velocity: &VelocityMeasurement,
-        residual: &Vector3<f64>,
-        bias: Option<&Vector3<f64>>,
-    ) -> std::result::Result<(), Reason> {
-        let gate = self.config.gate;
-        let gated = |distance: f64| Reason::Gated {
-            sensor: Sensor::Velocity,
-            distance,
-            limit: gate,
-        };
-        let config = self.config;
-        self.kalman.update_norm(&config, self.since_velocity_s);
-        self.kalman
-            .update3(0, residual, &velocity.linear_covariance, gate)
-            .map_err(gated)?;
-        if let Some(bias) = bias {
-            let gyro2 = self.config.gyro_sigma_rad_s.powi(2);
-            let noise = velocity.angular_covariance + Matrix3::identity() * gyro2;
-            let residual = bias - self.kalman.x.gyro_bias;
-            self.kalman
-                .update3(6, &residual, &noise, gate)
-                .map_err(gated)?;
-        }
-        Ok(())
-    }
-
     fn begin_interval(&mut self) {
         (self.turned, self.travelled) = (Vector3::zeros(), Vector3::zeros());
         self.since_velocity_s = 0.0;
@@ -320,9 +328,10 @@ impl ImuBiasEstimator {
             let seconds = self.since_velocity_s;
             return Status::Weak(Reason::Coasting { seconds });
         }
-        match self.blind {
-            0 => Status::Ok,
-            directions => Status::Weak(Reason::Unobservable { directions }),
+        match (self.blind, self.settling_s) {
+            (0, None) => Status::Ok,
+            (0, Some(seconds)) => Status::Starting(Reason::Settling { seconds }),
+            (directions, _) => Status::Weak(Reason::Unobservable { directions }),
         }
     }
 }

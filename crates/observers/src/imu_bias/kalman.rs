@@ -3,7 +3,8 @@
 
 use super::config::ImuBiasConfig;
 use super::kinematics::Kinematics;
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use crate::kalman;
+use nalgebra::{Matrix1, Matrix3, SMatrix, SVector, Vector1, Vector3};
 use sphereflow_sphere::lie::so3;
 
 /// Covariances of the 12 states.
@@ -16,6 +17,10 @@ pub type Vector12 = SVector<f64, 12>;
 const GRAVITY_SIGMA: f64 = 1.5;
 /// Standard deviation of the velocity before the first one is measured, m/s.
 const VELOCITY_SIGMA: f64 = 1.0;
+/// Speed of what carries a camera that nothing measures, m/s, standard deviation.
+const UNKNOWN_SPEED: f64 = 30.0;
+/// A bias whose deviation is still this part of that at the start has not been seen.
+const UNKNOWN_SHARE: f64 = 0.5;
 /// The norm of gravity counts as measured once in so many seconds.
 const NORM_PERIOD_S: f64 = 20.0;
 
@@ -99,6 +104,8 @@ impl Kalman {
             3,
             Matrix3::identity() * (config.accel_walk.powi(2) * dt_s),
         );
+        kalman::settle(&mut self.covariance);
+        kalman::bounded(&mut self.covariance, &largest(config));
     }
 
     /// The transition since the last call, for the smoother.
@@ -114,30 +121,35 @@ impl Kalman {
         noise: &Matrix3<f64>,
         gate: f64,
     ) -> Result<(), f64> {
-        let cross = self.covariance.fixed_columns::<3>(start).into_owned();
-        let innovation = cross.fixed_rows::<3>(start) + noise;
-        let Some(inverse) = innovation.try_inverse() else {
-            return Err(f64::INFINITY);
-        };
-        let distance = residual.dot(&(inverse * residual));
-        if distance > gate || distance.is_nan() {
-            return Err(distance);
-        }
-        let gain = cross * inverse;
-        self.add(&(gain * residual));
-        self.covariance -= gain * cross.transpose();
-        self.symmetrise();
-        Ok(())
+        let mut h = SMatrix::<f64, 3, 12>::zeros();
+        h.fixed_view_mut::<3, 3>(0, start).fill_with_identity();
+        self.update(&h, residual, noise, gate)
     }
 
-    /// A measurement `gradient . gravity`.
-    pub fn update_gravity(&mut self, gradient: &Vector3<f64>, residual: f64, variance: f64) {
-        let cross = self.covariance.fixed_columns::<3>(3) * gradient;
-        let innovation = gradient.dot(&cross.fixed_rows::<3>(3)) + variance;
-        let gain = cross / innovation;
-        self.add(&(gain * residual));
-        self.covariance -= gain * cross.transpose();
-        self.symmetrise();
+    /// A measurement `gradient . gravity`: `Err(distance)` where it lies beyond the gate.
+    pub fn update_gravity(
+        &mut self,
+        gradient: &Vector3<f64>,
+        residual: f64,
+        variance: f64,
+        gate: f64,
+    ) -> Result<(), f64> {
+        let mut h = SMatrix::<f64, 1, 12>::zeros();
+        h.fixed_view_mut::<1, 3>(0, 3)
+            .copy_from(&gradient.transpose());
+        self.update(&h, &Vector1::new(residual), &Matrix1::new(variance), gate)
+    }
+
+    fn update<const M: usize>(
+        &mut self,
+        h: &SMatrix<f64, M, 12>,
+        residual: &SVector<f64, M>,
+        noise: &SMatrix<f64, M, M>,
+        gate: f64,
+    ) -> Result<(), f64> {
+        let step = kalman::update(&mut self.covariance, h, residual, noise, gate)?;
+        self.x = unstacked(&(self.vector() + step));
+        Ok(())
     }
 
     /// The norm of gravity is known; `dt_s` is the time since it was last used.
@@ -148,7 +160,9 @@ impl Kalman {
         }
         let gradient = self.x.gravity / norm;
         let variance = config.gravity_sigma_m_s2.powi(2) * (NORM_PERIOD_S / dt_s).max(1.0);
-        self.update_gravity(&gradient, config.gravity_m_s2 - norm, variance);
+        // Ungated: the norm of gravity is known, the estimate follows.
+        let off = config.gravity_m_s2 - norm;
+        let _ = self.update_gravity(&gradient, off, variance, f64::INFINITY);
     }
 
     /// After a gap neither the velocity nor where gravity points is known.
@@ -165,18 +179,49 @@ impl Kalman {
         }
     }
 
+    /// The biases wander on while nothing is read.
+    pub fn wander(&mut self, config: &ImuBiasConfig, dt_s: f64) {
+        for i in 0..3 {
+            self.covariance[(6 + i, 6 + i)] += config.gyro_walk.powi(2) * dt_s;
+            self.covariance[(9 + i, 9 + i)] += config.accel_walk.powi(2) * dt_s;
+        }
+        kalman::bounded(&mut self.covariance, &largest(config));
+    }
+
+    /// Directions of the accelerometer's bias of which little more is known than at the start.
+    pub fn unknown_biases(&self, config: &ImuBiasConfig) -> usize {
+        let own = self.covariance.fixed_view::<3, 3>(9, 9).into_owned();
+        let limit = (UNKNOWN_SHARE * config.accel_bias_sigma).powi(2);
+        let values = own.symmetric_eigenvalues();
+        values.iter().filter(|v| **v > limit).count()
+    }
+
     /// The state as one vector.
     pub fn vector(&self) -> Vector12 {
         stacked(&self.x)
     }
 
-    fn add(&mut self, step: &Vector12) {
-        self.x = unstacked(&(self.vector() + step));
+    /// Velocities have disagreed for long: motion and biases are as little known as at the start.
+    pub fn doubt(&mut self, config: &ImuBiasConfig) {
+        let x = self.x;
+        let transition = Matrix12::zeros();
+        *self = Self {
+            transition,
+            ..Self::new(config, x)
+        };
     }
+}
 
-    fn symmetrise(&mut self) {
-        self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
-    }
+/// Variances that nothing exceeds: of a velocity and a gravity that nothing measures (a car's speed,
+/// gravity anywhere), and of biases as at the start.
+fn largest(config: &ImuBiasConfig) -> Vector12 {
+    let sigmas = [
+        UNKNOWN_SPEED,
+        config.gravity_m_s2,
+        config.gyro_bias_sigma,
+        config.accel_bias_sigma,
+    ];
+    Vector12::from_fn(|i, _| sigmas[i / 3] * sigmas[i / 3])
 }
 
 /// As one vector.

@@ -20,6 +20,7 @@ pub use observability::Excitation;
 pub use observer::ObserverGains;
 pub use record::{ImuBiasRun, ImuBiasSample};
 
+use crate::{Reason, Sensor, limits};
 use nalgebra::{Matrix3, Vector3};
 
 /// A velocity from images, body frame, at the end of a step.
@@ -64,16 +65,16 @@ impl VelocityMeasurement {
         self
     }
 
-    pub(crate) fn is_finite(&self) -> bool {
-        let angular = self.angular_rad_s.unwrap_or_default();
-        let matrices = self
-            .linear_covariance
-            .iter()
-            .chain(&self.angular_covariance);
-        self.linear_m_s
-            .iter()
-            .chain(&angular)
-            .chain(matrices)
-            .all(|v| v.is_finite())
+    /// Why this is no measurement.
+    pub(crate) fn refused(&self) -> Option<Reason> {
+        let sensor = Sensor::Velocity;
+        let linear = limits::refused(sensor, &self.linear_m_s, limits::SPEED_M_S)
+            .or_else(|| limits::refused_covariance(sensor, &self.linear_covariance));
+        let angular = || {
+            let omega = self.angular_rad_s?;
+            limits::refused(sensor, &omega, limits::GYRO_RAD_S)
+                .or_else(|| limits::refused_covariance(sensor, &self.angular_covariance))
+        };
+        linear.or_else(angular)
     }
 }

@@ -5,8 +5,8 @@
 
 use super::kinematics::Kinematics;
 use crate::Result;
-use crate::error::positive;
 use nalgebra::Vector3;
+use sphereflow_core::checks;
 
 /// Weights of the Lyapunov function and free gains; `k_g1 = lambda_v/lambda_g`,
 /// `k_a = lambda_v/lambda_a` and `k_w2 = lambda_v/lambda_w` follow. The default settles
@@ -47,17 +47,18 @@ impl ObserverGains {
     /// # Errors
     /// A value error naming the gain that is not positive.
     pub fn check(&self) -> Result<()> {
-        for (name, value) in [
-            ("lambda_v", self.lambda_v),
-            ("lambda_g", self.lambda_g),
-            ("lambda_w", self.lambda_w),
-            ("lambda_a", self.lambda_a),
-            ("k_v", self.k_v),
-            ("k_w1", self.k_w1),
-            ("k_g2", self.k_g2),
-        ] {
-            positive(name, value)?;
-        }
+        checks::each(
+            checks::positive,
+            &[
+                ("lambda_v", self.lambda_v),
+                ("lambda_g", self.lambda_g),
+                ("lambda_w", self.lambda_w),
+                ("lambda_a", self.lambda_a),
+                ("k_v", self.k_v),
+                ("k_w1", self.k_w1),
+                ("k_g2", self.k_g2),
+            ],
+        )?;
         Ok(())
     }
 

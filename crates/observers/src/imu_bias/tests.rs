@@ -15,6 +15,8 @@ mod bad_table;
 mod convergence;
 mod lyapunov;
 mod observability;
+mod spikes;
+mod weak;
 
 const DT_S: f64 = 0.005;
 const DOWN: Vector3<f64> = Vector3::new(0.0, 9.81, 0.0);

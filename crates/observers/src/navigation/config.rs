@@ -1,10 +1,9 @@
 //! Settings of the navigation filter.
 
 use crate::Result;
-use crate::error::positive;
 use crate::imu_noise;
 use nalgebra::Vector3;
-use sphereflow_core::{Error, Pose};
+use sphereflow_core::{Error, Pose, checks};
 
 /// Settings of [`super::NavigationFilter`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,24 +66,25 @@ impl NavigationConfig {
     /// # Errors
     /// A value error naming the setting out of range.
     pub fn check(&self) -> Result<()> {
-        for (name, value) in [
-            ("gyro_sigma_rad_s", self.gyro_sigma_rad_s),
-            ("accel_sigma_m_s2", self.accel_sigma_m_s2),
-            ("gyro_walk", self.gyro_walk),
-            ("accel_walk", self.accel_walk),
-            ("gyro_bias_sigma", self.gyro_bias_sigma),
-            ("accel_bias_sigma", self.accel_bias_sigma),
-            ("mag_heading_sigma_rad", self.mag_heading_sigma_rad),
-            ("max_delay_s", self.max_delay_s),
-            ("max_gap_s", self.max_gap_s),
-            ("velocity_gate", self.velocity_gate),
-            ("pose_gate", self.pose_gate),
-            ("patience_s", self.patience_s),
-            ("gyro_limit_rad_s", self.gyro_limit_rad_s),
-            ("gravity_m_s2 (norm)", self.gravity_m_s2.norm()),
-        ] {
-            positive(name, value)?;
-        }
+        checks::each(
+            checks::positive,
+            &[
+                ("gyro_sigma_rad_s", self.gyro_sigma_rad_s),
+                ("accel_sigma_m_s2", self.accel_sigma_m_s2),
+                ("gyro_walk", self.gyro_walk),
+                ("accel_walk", self.accel_walk),
+                ("gyro_bias_sigma", self.gyro_bias_sigma),
+                ("accel_bias_sigma", self.accel_bias_sigma),
+                ("mag_heading_sigma_rad", self.mag_heading_sigma_rad),
+                ("max_delay_s", self.max_delay_s),
+                ("max_gap_s", self.max_gap_s),
+                ("velocity_gate", self.velocity_gate),
+                ("pose_gate", self.pose_gate),
+                ("patience_s", self.patience_s),
+                ("gyro_limit_rad_s", self.gyro_limit_rad_s),
+                ("gravity_m_s2 (norm)", self.gravity_m_s2.norm()),
+            ],
+        )?;
         let lever = self.body_from_camera.translation;
         if !lever.iter().all(|v| v.is_finite()) {
             return Err(

@@ -3,10 +3,12 @@
 use super::config::NavigationConfig;
 use super::history::{History, Input, forward};
 use super::measurement::Measurement;
-use super::state::{Belief, Matrix15, NominalState, P, THETA, V};
-use crate::checks::{Watch, is_finite};
+use super::state::{Belief, Matrix15, NominalState};
+use crate::checks::Watch;
+use crate::limits;
+use crate::spikes::{Sieved, SpikeGate};
 use crate::{Reason, Result, Sensor, Status};
-use nalgebra::{Matrix3, SMatrix, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 use sphereflow_core::{ImuSample, Pose, Stamp};
 use sphereflow_sphere::lie::so3;
 
@@ -40,14 +42,16 @@ pub struct NavigationFilter {
     rejected_since: Option<Stamp>,
     watch: Watch,
     last_imu: Option<Stamp>,
+    /// Of gyro and accelerometer.
+    gates: [SpikeGate; 2],
+    /// The last inertial reading, where it is held back.
+    held: Option<ImuSample>,
+    /// Readings out of order and measurements that were refused.
+    refused: u64,
 }
 
-/// Tilt of the first reading, rad: the accelerometer may have moved.
-const TILT_SIGMA: f64 = 0.2;
-/// What defines the world is exact but for this, rad and m.
-const GAUGE_SIGMA: f64 = 1e-3;
-/// Velocity before anything was measured, m/s.
-const VELOCITY_SIGMA: f64 = 1.0;
+/// Variances grow by no more than this factor where vision disagrees: each patience's time once.
+const LARGEST_DOUBT: f64 = 1e6;
 /// Nothing but integration for longer is coasting, seconds.
 const COASTING_S: f64 = 0.2;
 /// Magnetometer readings closer than this are left out: their errors are the same, seconds.
@@ -73,6 +77,9 @@ impl NavigationFilter {
             rejected_since: None,
             watch: Watch::new(config.gyro_limit_rad_s),
             last_imu: None,
+            gates: [SpikeGate::gyro(), SpikeGate::accel()],
+            held: None,
+            refused: 0,
         })
     }
 
@@ -84,13 +91,12 @@ impl NavigationFilter {
     /// An inertial reading.
     pub fn push_imu(&mut self, sample: &ImuSample) -> Status {
         let (gyro, accel) = (&sample.gyro_rad_s, &sample.accel_m_s2);
-        for (sensor, v) in [(Sensor::Gyro, gyro), (Sensor::Accel, accel)] {
-            if !is_finite(v) {
-                return Status::Skipped(Reason::NotFinite { sensor });
-            }
+        if let Some(reason) = impossible(sample) {
+            self.refused += 1;
+            return Status::Skipped(reason);
         }
         let Some(history) = &mut self.history else {
-            self.history = Some(History::new(first_belief(&self.config, sample)));
+            self.history = Some(History::new(Belief::first(&self.config, sample)));
             return Status::Starting(Reason::NoData);
         };
         if sample.stamp == history.earliest() || history.has_imu_at(sample.stamp) {
@@ -106,27 +112,74 @@ impl NavigationFilter {
             .seconds_since(self.last_imu.unwrap_or(history.earliest()));
         if step_s > 0.0 {
             self.last_imu = Some(sample.stamp);
-            self.watch.step(gyro, Some(accel), step_s);
+            let saturated = self.watch.step(gyro, Some(accel), step_s);
+            if step_s > self.config.max_gap_s {
+                self.watch.remember(Reason::Gap { seconds: step_s });
+            }
+            if let Some(reason) = self.sieve(sample, step_s) {
+                return if saturated {
+                    self.status()
+                } else {
+                    Status::Skipped(reason)
+                };
+            }
         }
-        if step_s > self.config.max_gap_s {
-            self.watch.remember(Reason::Gap { seconds: step_s });
-        }
-        // An inertial reading is never rejected.
-        let _ = history.insert(sample.stamp, Input::Imu(*gyro, *accel), &self.config);
+        self.insert_imu(sample);
         self.status()
+    }
+
+    /// Why the newest inertial reading is not used yet; one that was held back and turns out to be
+    /// real is put in its place.
+    fn sieve(&mut self, sample: &ImuSample, step_s: f64) -> Option<Reason> {
+        let held = self.held.take();
+        let [gyro, accel] = &mut self.gates;
+        let found = [
+            gyro.step(&sample.gyro_rad_s, step_s),
+            accel.step(&sample.accel_m_s2, step_s),
+        ];
+        let was_real = found.iter().any(|f| matches!(f, Sieved::Late(..)));
+        if let (true, Some(held)) = (was_real, held) {
+            self.insert_imu(&held);
+        }
+        let reason = found.iter().find_map(|f| match f {
+            Sieved::Refused(reason) => Some(*reason),
+            _ => None,
+        })?;
+        self.held = Some(*sample);
+        Some(reason)
+    }
+
+    fn insert_imu(&mut self, sample: &ImuSample) {
+        let input = Input::Imu(sample.gyro_rad_s, sample.accel_m_s2);
+        if let Some(history) = &mut self.history
+            && sample.stamp > history.earliest()
+            && history.insert(sample.stamp, input, &self.config).is_err()
+        {
+            self.refused += 1;
+        }
+    }
+
+    /// Readings and measurements refused so far: numbers that nothing measures, and spikes. Those
+    /// that the belief does not explain (a status of its own) are not among them.
+    pub fn refused(&self) -> u64 {
+        self.refused + self.gates.iter().map(SpikeGate::refused).sum::<u64>()
+    }
+
+    /// A measurement that is none.
+    fn refuse(&mut self, reason: Reason) -> Status {
+        self.refused += 1;
+        Status::Skipped(reason)
     }
 
     /// A magnetic field, body frame, any unit. The first one after the first pose says where the
     /// field points.
     pub fn push_mag(&mut self, stamp: Stamp, mag_ut: &Vector3<f64>) -> Status {
+        if let Some(reason) = limits::refused_field(mag_ut) {
+            return self.refuse(reason);
+        }
         let Some(history) = &self.history else {
             return Status::Starting(Reason::NoData);
         };
-        if !is_finite(mag_ut) || mag_ut.norm() < 1e-9 {
-            return Status::Skipped(Reason::NotFinite {
-                sensor: Sensor::Mag,
-            });
-        }
         let Some(reference) = self.field else {
             let rotation = history.before(stamp).nominal.world_from_body.rotation;
             self.field = Some(rotation * mag_ut);
@@ -167,11 +220,11 @@ impl NavigationFilter {
         velocity_m_s: &Vector3<f64>,
         covariance: &Matrix3<f64>,
     ) -> Status {
-        let finite = is_finite(velocity_m_s) && covariance.iter().all(|v| v.is_finite());
-        if !(finite && covariance.diagonal().min() > 0.0) {
-            return Status::Skipped(Reason::NotFinite {
-                sensor: Sensor::Velocity,
-            });
+        let sensor = Sensor::Velocity;
+        let bad = limits::refused(sensor, velocity_m_s, limits::SPEED_M_S)
+            .or_else(|| limits::refused_covariance(sensor, covariance));
+        if let Some(reason) = bad {
+            return self.refuse(reason);
         }
         self.measure(stamp, Measurement::Velocity(*velocity_m_s, *covariance))
     }
@@ -184,17 +237,13 @@ impl NavigationFilter {
         world_from_camera: &Pose,
         covariance: &SMatrix<f64, 6, 6>,
     ) -> Status {
-        let finite = is_finite(&world_from_camera.translation)
-            && world_from_camera
-                .rotation
-                .coords
-                .iter()
-                .chain(covariance.iter())
-                .all(|v| v.is_finite());
-        if !(finite && covariance.diagonal().min() > 0.0) {
-            return Status::Skipped(Reason::NotFinite {
-                sensor: Sensor::Pose,
-            });
+        let sensor = Sensor::Pose;
+        let q = world_from_camera.rotation;
+        let bad = limits::refused(sensor, &world_from_camera.translation, limits::POSITION_M)
+            .or_else(|| limits::refused(sensor, &(q.imag() * q.w), 1.0))
+            .or_else(|| limits::refused_covariance(sensor, covariance));
+        if let Some(reason) = bad {
+            return self.refuse(reason);
         }
         let pose = *world_from_camera * self.config.body_from_camera.inverse();
         let lever = world_from_camera.rotation
@@ -216,10 +265,9 @@ impl NavigationFilter {
 
     /// The assurance that the body stands still, with the standard deviation of its velocity, m/s.
     pub fn push_zero_velocity(&mut self, stamp: Stamp, sigma_m_s: f64) -> Status {
-        if !(sigma_m_s.is_finite() && sigma_m_s > 0.0) {
-            return Status::Skipped(Reason::NotFinite {
-                sensor: Sensor::ZeroVelocity,
-            });
+        if !limits::SIGMA.contains(&sigma_m_s) {
+            let sensor = Sensor::ZeroVelocity;
+            return self.refuse(Reason::BadCovariance { sensor });
         }
         self.measure(stamp, Measurement::ZeroVelocity(sigma_m_s))
     }
@@ -303,7 +351,10 @@ impl NavigationFilter {
             return status;
         };
         if let Some(history) = &mut self.history {
-            history.doubt((2.0 * distance / limit).max(1.0));
+            history.doubt(
+                (2.0 * distance / limit).clamp(1.0, LARGEST_DOUBT),
+                &self.config,
+            );
         }
         self.rejected_since = None;
         self.watch.remember(reason);
@@ -312,36 +363,8 @@ impl NavigationFilter {
     }
 }
 
-/// Level by the first specific force, at the origin, heading 0.
-fn first_belief(config: &NavigationConfig, sample: &ImuSample) -> Belief {
-    let up = -config.gravity_m_s2;
-    let rotation = UnitQuaternion::rotation_between(&sample.accel_m_s2, &up).unwrap_or_else(|| {
-        let across = up.cross(&Vector3::x()) + up.cross(&Vector3::z());
-        UnitQuaternion::from_scaled_axis(across.normalize() * std::f64::consts::PI)
-    });
-    let down = config.gravity_m_s2.normalize();
-    let mut belief = Belief {
-        stamp: sample.stamp,
-        nominal: NominalState {
-            world_from_body: Pose::new(rotation, Vector3::zeros()),
-            velocity_m_s: Vector3::zeros(),
-            gyro_bias_rad_s: Vector3::zeros(),
-            accel_bias_m_s2: Vector3::zeros(),
-        },
-        covariance: Matrix15::zeros(),
-        gyro: sample.gyro_rad_s,
-        accel: sample.accel_m_s2,
-        coasting_s: 0.0,
-    };
-    let level = Matrix3::identity() - down * down.transpose();
-    let tilt = level * TILT_SIGMA.powi(2) + Matrix3::identity() * GAUGE_SIGMA.powi(2);
-    belief
-        .covariance
-        .fixed_view_mut::<3, 3>(THETA, THETA)
-        .copy_from(&tilt);
-    belief.add_variance(V, VELOCITY_SIGMA.powi(2));
-    belief.add_variance(P, GAUGE_SIGMA.powi(2));
-    belief.add_variance(9, config.gyro_bias_sigma.powi(2));
-    belief.add_variance(12, config.accel_bias_sigma.powi(2));
-    belief
+/// Why an inertial reading is none.
+fn impossible(sample: &ImuSample) -> Option<Reason> {
+    limits::refused(Sensor::Gyro, &sample.gyro_rad_s, limits::GYRO_RAD_S)
+        .or_else(|| limits::refused(Sensor::Accel, &sample.accel_m_s2, limits::ACCEL_M_S2))
 }

@@ -2,9 +2,9 @@
 
 use super::config::NavigationConfig;
 use super::measurement::Measurement;
-use super::state::{Belief, THETA, V};
-use crate::Reason;
+use super::state::{Belief, THETA};
 use crate::checks::saturated;
+use crate::{Reason, Sensor};
 use nalgebra::Vector3;
 use sphereflow_core::Stamp;
 use std::collections::VecDeque;
@@ -19,6 +19,15 @@ pub enum Input {
     Measurement(Measurement),
 }
 
+impl Input {
+    fn sensor(&self) -> Sensor {
+        match self {
+            Self::Imu(..) => Sensor::Accel,
+            Self::Measurement(measurement) => measurement.sensor(),
+        }
+    }
+}
+
 /// A sample and the belief after it.
 #[derive(Clone, Copy, Debug)]
 struct Event {
@@ -30,6 +39,9 @@ struct Event {
 /// What is unknown of a gap between inertial readings: rad/s and m/s^2.
 const GAP_RATE: f64 = 1.0;
 const GAP_ACCEL: f64 = 3.0;
+
+/// After a longer gap the motion in it is no continuation of what was before, seconds.
+const LONG_GAP_S: f64 = 5.0;
 
 /// Of a saturated gyro: the true rate exceeds the limit by about this part of it.
 const BEYOND_LIMIT: f64 = 0.5;
@@ -94,6 +106,11 @@ impl History {
         let index = self.events.partition_point(|event| event.stamp <= stamp);
         let mut belief = *self.belief_before(index);
         apply(&mut belief, stamp, &input, config)?;
+        if !belief.is_finite() {
+            // Bounded inputs cannot lead here; if they do, the state before stays.
+            let sensor = input.sensor();
+            return Err(Reason::NotFinite { sensor });
+        }
         let event = Event {
             stamp,
             input,
@@ -109,13 +126,14 @@ impl History {
         Ok(())
     }
 
-    /// Multiply the newest covariance: the filter doubts itself.
-    pub fn doubt(&mut self, factor: f64) {
+    /// Multiply the newest covariance: the filter doubts itself, within what can be at all.
+    pub fn doubt(&mut self, factor: f64, config: &NavigationConfig) {
         let belief = match self.events.back_mut() {
             Some(event) => &mut event.after,
             None => &mut self.start,
         };
         belief.covariance *= factor;
+        belief.bound(config);
     }
 
     fn redo(&mut self, from: usize, config: &NavigationConfig) {
@@ -123,7 +141,8 @@ impl History {
         for event in self.events.range_mut(from..) {
             // A measurement that no longer fits is passed over.
             let mut tried = belief;
-            if apply(&mut tried, event.stamp, &event.input, config).is_ok() {
+            let done = apply(&mut tried, event.stamp, &event.input, config);
+            if done.is_ok() && tried.is_finite() {
                 belief = tried;
             } else {
                 forward(&mut belief, event.stamp, None, config);
@@ -180,6 +199,12 @@ pub fn forward(
         Some((gyro, accel)) => ((belief.gyro + gyro) * 0.5, (belief.accel + accel) * 0.5),
         None => (belief.gyro, belief.accel),
     };
+    if dt_s > LONG_GAP_S {
+        belief.lose_motion(config, &accel, dt_s);
+        belief.stamp = stamp;
+        belief.coasting_s += dt_s;
+        return;
+    }
     belief.predict(config, &gyro, &accel, dt_s);
     let limit = config.gyro_limit_rad_s;
     if next.is_some_and(|(gyro, _)| saturated(gyro, limit).is_some()) {
@@ -188,7 +213,7 @@ pub fn forward(
     }
     if dt_s > config.max_gap_s {
         belief.add_variance(THETA, (GAP_RATE * dt_s).powi(2));
-        belief.add_variance(V, (GAP_ACCEL * dt_s).powi(2));
+        belief.add_acceleration(GAP_ACCEL, dt_s);
     }
     belief.stamp = stamp;
 }

@@ -5,9 +5,11 @@
 
 use super::config::NavigationConfig;
 use crate::checks::{Watch, is_finite};
-use crate::error::positive;
+use crate::limits;
+use crate::spikes::{Sieved, SpikeGate};
 use crate::{Reason, Result, Sensor, Status};
 use nalgebra::{UnitQuaternion, Vector3};
+use sphereflow_core::checks;
 use sphereflow_sphere::lie::so3;
 
 /// Gains of [`PositionObserver`].
@@ -42,11 +44,22 @@ pub struct PositionObserver {
     /// The readings before, for those that are not finite.
     last: Option<[Vector3<f64>; 2]>,
     watch: Watch,
+    /// Of gyro and accelerometer.
+    gates: [SpikeGate; 2],
+    refused: u64,
+    /// Velocity, position: they have disagreed for so long, seconds.
+    disagreed_s: [f64; 2],
     since_measured_s: f64,
     /// The motion since the last sample is unknown: velocity, position.
     lost: [bool; 2],
 }
 
+/// A velocity (m/s) or position (m) further than this from the state is left out: a hand's error in
+/// a few seconds without any is less. Lower: a poor start waits for the patience; higher: wrong
+/// positions pull.
+const GATE: f64 = 5.0;
+/// What disagrees for so long is right, seconds.
+const PATIENCE_S: f64 = 1.0;
 /// Longer steps are gaps, seconds.
 const MAX_GAP_S: f64 = 0.5;
 /// Without velocity and position for longer the answer is said to coast, seconds.
@@ -64,9 +77,10 @@ impl PositionObserver {
         velocity: Vector3<f64>,
         position: Vector3<f64>,
     ) -> Result<Self> {
-        for (name, gain) in [("k_v", gains.k_v), ("k_vx", gains.k_vx), ("k_x", gains.k_x)] {
-            positive(name, gain)?;
-        }
+        checks::each(
+            checks::positive,
+            &[("k_v", gains.k_v), ("k_vx", gains.k_vx), ("k_x", gains.k_x)],
+        )?;
         for (name, v) in [
             ("gravity_m_s2", &gravity),
             ("velocity_m_s", &velocity),
@@ -84,6 +98,9 @@ impl PositionObserver {
             position,
             last: None,
             watch: Watch::new(NavigationConfig::default().gyro_limit_rad_s),
+            gates: [SpikeGate::gyro(), SpikeGate::accel()],
+            refused: 0,
+            disagreed_s: [0.0; 2],
             since_measured_s: 0.0,
             lost: [false; 2],
         })
@@ -100,36 +117,56 @@ impl PositionObserver {
         position: Option<&Vector3<f64>>,
         dt_s: f64,
     ) -> Status {
-        if !(dt_s > 0.0 && dt_s.is_finite()) {
+        if !limits::is_step(dt_s) {
             return Status::Skipped(Reason::StampNotIncreasing);
         }
-        let attitude = Vector3::from_column_slice(&world_from_body.coords.as_slice()[..3]);
-        for (sensor, value) in [
-            (Sensor::Gyro, gyro),
-            (Sensor::Accel, accel),
-            (Sensor::Pose, &(attitude * world_from_body.w)),
-        ] {
-            if !is_finite(value) {
-                // The best guess of unknown readings are the last ones.
-                if let ([false, false], Some([gyro, accel])) = (self.lost, self.last) {
-                    self.predict(&gyro, &accel, world_from_body, dt_s.min(MAX_GAP_S));
+        let attitude = world_from_body.imag() * world_from_body.w;
+        if let Some(reason) = limits::refused(Sensor::Pose, &attitude, 1.0) {
+            self.refused += 1;
+            return Status::Skipped(reason);
+        }
+        let possible = limits::refused(Sensor::Gyro, gyro, limits::GYRO_RAD_S).is_none()
+            && limits::refused(Sensor::Accel, accel, limits::ACCEL_M_S2).is_none();
+        let saturated = possible && self.watch.step(gyro, Some(accel), dt_s);
+        self.lost[0] |= saturated;
+        let mut readings = [*gyro, *accel];
+        for (i, reading) in readings.iter_mut().enumerate() {
+            match self.gates[i].step(&reading.clone(), dt_s) {
+                Sieved::Good => (),
+                Sieved::Late(off, held_s) => *reading += off * (held_s / dt_s),
+                Sieved::Refused(reason) => {
+                    self.hold(world_from_body, dt_s);
+                    return if saturated {
+                        self.judge(None)
+                    } else {
+                        Status::Skipped(reason)
+                    };
                 }
-                return Status::Skipped(Reason::NotFinite { sensor });
             }
         }
         self.last = Some([*gyro, *accel]);
-        let saturated = self.watch.step(gyro, Some(accel), dt_s);
+        let [turning, force] = readings;
         if dt_s > MAX_GAP_S {
             self.watch.remember(Reason::Gap { seconds: dt_s });
             self.lost = [true; 2];
         } else {
-            if saturated {
-                self.lost[0] = true;
-            }
-            self.predict(gyro, accel, world_from_body, dt_s);
+            self.predict(&turning, &force, world_from_body, dt_s);
         }
         let bad = self.correct(world_from_body, velocity, position, dt_s);
         self.judge(bad)
+    }
+
+    /// The best guess of unknown readings are the last ones.
+    fn hold(&mut self, world_from_body: &UnitQuaternion<f64>, dt_s: f64) {
+        if let ([false, false], Some([gyro, accel])) = (self.lost, self.last) {
+            self.predict(&gyro, &accel, world_from_body, dt_s.min(MAX_GAP_S));
+        }
+    }
+
+    /// Inertial readings, velocities and positions refused so far: numbers that nothing measures, and
+    /// spikes. Those that disagree with the state are not among them.
+    pub fn refused(&self) -> u64 {
+        self.refused + self.gates.iter().map(SpikeGate::refused).sum::<u64>()
     }
 
     /// The readings integrated to their end.
@@ -140,9 +177,6 @@ impl PositionObserver {
         world_from_body: &UnitQuaternion<f64>,
         dt_s: f64,
     ) {
-        if !world_from_body.coords.iter().all(|c| c.is_finite()) {
-            return;
-        }
         let force = accel + world_from_body.inverse() * self.gravity;
         let before = so3::exp(&(gyro * (0.5 * dt_s)));
         let middle = *world_from_body * before.inverse();
@@ -159,9 +193,11 @@ impl PositionObserver {
         position: Option<&Vector3<f64>>,
         dt_s: f64,
     ) -> Option<Reason> {
+        let (velocity, bad_velocity) = self.admitted(0, velocity, dt_s);
+        let (position, bad_position) = self.admitted(1, position, dt_s);
+        let used = [velocity, position];
         let gains = &self.gains;
         let share = |gain: f64| 1.0 - (-gain * dt_s).exp();
-        let used = [velocity, position].map(|v| v.filter(|v| is_finite(v)));
         if let Some(measured) = used[1] {
             let error = measured - self.position;
             if std::mem::take(&mut self.lost[1]) {
@@ -182,12 +218,41 @@ impl PositionObserver {
         if used[0].or(used[1]).is_some() {
             self.since_measured_s = 0.0;
         }
-        let sensor = match (velocity, position, used) {
-            (Some(_), _, [None, _]) => Sensor::Velocity,
-            (_, Some(_), [_, None]) => Sensor::Pose,
-            _ => return None,
+        bad_velocity.or(bad_position)
+    }
+
+    /// The velocity (0) or position (1) where it may pull, and why it may not. One that disagrees for
+    /// longer than the patience takes the state's place.
+    fn admitted<'a>(
+        &mut self,
+        which: usize,
+        measured: Option<&'a Vector3<f64>>,
+        dt_s: f64,
+    ) -> (Option<&'a Vector3<f64>>, Option<Reason>) {
+        let Some(value) = measured else {
+            return (None, None);
         };
-        Some(Reason::NotFinite { sensor })
+        let (sensor, largest, own) = match which {
+            0 => (Sensor::Velocity, limits::SPEED_M_S, self.velocity),
+            _ => (Sensor::Pose, limits::POSITION_M, self.position),
+        };
+        if let Some(reason) = limits::refused(sensor, value, largest) {
+            self.refused += 1;
+            return (None, Some(reason));
+        }
+        let off = (value - own).norm() / GATE;
+        if self.lost[which] || off <= 1.0 {
+            self.disagreed_s[which] = 0.0;
+            return (Some(value), None);
+        }
+        self.disagreed_s[which] += dt_s;
+        self.lost[which] |= self.disagreed_s[which] > PATIENCE_S;
+        let gated = Reason::Gated {
+            sensor,
+            distance: off * off,
+            limit: 1.0,
+        };
+        (None, Some(gated))
     }
 
     fn judge(&self, bad: Option<Reason>) -> Status {

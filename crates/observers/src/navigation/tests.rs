@@ -14,6 +14,7 @@ mod bad_input;
 mod bad_table;
 mod observer;
 mod order;
+mod spikes;
 mod tour;
 
 const DT_S: f64 = 0.005;

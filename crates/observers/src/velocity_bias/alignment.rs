@@ -13,6 +13,7 @@ use super::row_motion::RowMotion;
 use crate::Result;
 use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 use rayon::prelude::*;
+use sphereflow_core::statistics::{SIGMA_PER_MAD, median_mut};
 use sphereflow_core::{Plane, Pose};
 use sphereflow_sphere::{Sampler, SphereGrid};
 
@@ -30,8 +31,6 @@ pub struct Sloped {
 const SMOOTHING: [usize; 2] = [1, 4];
 /// Cauchy's constant in robust standard deviations.
 const CAUCHY: f64 = 2.385;
-/// Median absolute deviation to standard deviation.
-const MAD: f64 = 1.4826;
 /// A range that differs by more than this, relative, is another surface.
 const OTHER_SURFACE: f64 = 0.2;
 /// Rows of neighbouring pixels share part of their errors: information is divided by this.
@@ -195,12 +194,12 @@ fn add(found: &mut PoseInformation, rows: &[Row], kind: usize, width: usize) {
         return;
     }
     let offset = if kind == 0 {
-        median(&mut residuals)
+        median_mut(&mut residuals).unwrap_or(0.0)
     } else {
         0.0
     };
     residuals.iter_mut().for_each(|r| *r = (*r - offset).abs());
-    let scale = (MAD * median(&mut residuals)).max(1e-9);
+    let scale = (SIGMA_PER_MAD * median_mut(&mut residuals).unwrap_or(0.0)).max(1e-9);
     let chunk = |rows: &[Row]| {
         let (mut information, mut gradient) = (Matrix6::zeros(), Vector6::zeros());
         for row in rows.iter().filter(usable) {
@@ -217,11 +216,6 @@ fn add(found: &mut PoseInformation, rows: &[Row], kind: usize, width: usize) {
         found.information += information;
         found.gradient -= gradient;
     }
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// One pass of 1-2-1 along rows and columns; unknown pixels stay unknown and give no weight.

@@ -1,7 +1,10 @@
 //! Settings of the estimator of velocity biases.
 
 use crate::Result;
-use crate::error::positive;
+use sphereflow_core::{Error, checks};
+
+/// Fewer known pixels than this part of the image make no pair: so few may all lie on one surface.
+pub(super) const MIN_SHARE: f64 = 0.1;
 
 /// Which estimator answers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,40 +110,34 @@ impl VelocityBiasConfig {
     /// # Errors
     /// A value error naming the setting out of range.
     pub fn check(&self) -> Result<()> {
-        for (name, value) in [
-            ("k_field", self.gains.k_field),
-            ("k_v", self.gains.k_v),
-            ("k_omega", self.gains.k_omega),
-            ("rate_per_s", self.rate_per_s),
-            ("forget_s", self.forget_s),
-            ("linear_sigma", self.linear_sigma),
-            ("angular_sigma", self.angular_sigma),
-            ("linear_bias_sigma", self.linear_bias_sigma),
-            ("angular_bias_sigma", self.angular_bias_sigma),
-            ("max_gap_s", self.max_gap_s),
-            ("angular_limit_rad_s", self.angular_limit_rad_s),
-            ("max_width", self.max_width as f64),
-        ] {
-            positive(name, value)?;
-        }
-        let bad = |name: &str, expected: &str, found: f64| -> Result<()> {
-            Err(sphereflow_core::Error::value(name, expected, found).into())
-        };
-        for (name, value) in [
+        checks::each(
+            checks::positive,
+            &[
+                ("k_field", self.gains.k_field),
+                ("k_v", self.gains.k_v),
+                ("k_omega", self.gains.k_omega),
+                ("rate_per_s", self.rate_per_s),
+                ("forget_s", self.forget_s),
+                ("linear_sigma", self.linear_sigma),
+                ("angular_sigma", self.angular_sigma),
+                ("linear_bias_sigma", self.linear_bias_sigma),
+                ("angular_bias_sigma", self.angular_bias_sigma),
+                ("max_gap_s", self.max_gap_s),
+                ("angular_limit_rad_s", self.angular_limit_rad_s),
+                ("max_width", self.max_width as f64),
+            ],
+        )?;
+        let not_negative = [
             ("lambda_y", self.gains.lambda_y),
             ("lambda_d", self.gains.lambda_d),
             ("timing_sigma_s", self.timing_sigma_s),
             ("shared_error_px", self.shared_error_px),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return bad(name, "a finite number, 0 or above", value);
-            }
-        }
-        if !(self.readout_s.is_finite() && self.readout_s.abs() <= 1.0) {
-            return bad("readout_s", "-1 to 1", self.readout_s);
-        }
+        ];
+        checks::each(checks::non_negative, &not_negative)?;
+        checks::within("readout_s", self.readout_s, -1.0..=1.0)?;
         if !(0.0..0.5).contains(&self.window_border) {
-            return bad("window_border", "0 up to 0.5", self.window_border);
+            let found = self.window_border;
+            return Err(Error::value("window_border", "0 up to 0.5", found).into());
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The estimator of velocity biases: images and measured velocities in, biases with a status out.
 
 use super::alignment::Sloped;
-use super::config::{BiasMethod, VelocityBiasConfig};
+use super::config::{BiasMethod, MIN_SHARE, VelocityBiasConfig};
 use super::images::{Binning, Images};
 use super::observer::{FieldObserver, Gains, ImageVelocity};
 use super::tracking::Tracking;
@@ -54,8 +54,6 @@ enum Estimator {
     Observer(Box<FieldObserver>),
 }
 
-/// Fewer pixels than this part of the image make no pair.
-pub(super) const MIN_SHARE: f64 = 0.1;
 /// Square root of the smallest to the largest eigenvalue below which a direction is blind.
 const BLIND_SCORE: f64 = 0.01;
 

@@ -1,6 +1,7 @@
 //! Rolling shutter: where a point of one row is when the middle row is exposed.
 
 use nalgebra::{Vector3, Vector6};
+use sphereflow_sphere::row_time_s;
 
 /// Row `y` of `height` is exposed `((y + 1/2) / height - 1/2) * readout_s` after the frame's stamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +30,7 @@ impl RowMotion {
 
     /// When row `y` is exposed, seconds after the stamp.
     fn time_s(&self, y: f64) -> f64 {
-        ((y + 0.5) / self.height - 0.5) * self.readout_s
+        row_time_s(y, self.height, self.readout_s)
     }
 
     /// A static point seen from row `y`, in the frame of the stamp.

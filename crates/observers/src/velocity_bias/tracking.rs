@@ -1,8 +1,7 @@
 //! The information form: images aligned with references, biases from what that corrects.
 
 use super::alignment::{Pair, Sloped, align};
-use super::config::VelocityBiasConfig;
-use super::estimator::MIN_SHARE;
+use super::config::{MIN_SHARE, VelocityBiasConfig};
 use super::information::{BiasInformation, BiasPrior, PoseInformation};
 use super::observer::ImageVelocity;
 use super::references::{Reference, References};

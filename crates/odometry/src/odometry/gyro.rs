@@ -1,8 +1,8 @@
 //! A gyroscope beside the depth camera.
 
 use crate::Result;
-use crate::estimate::VelocityPrior;
 use nalgebra::Vector3;
+use sphereflow_alignment::VelocityPrior;
 use sphereflow_core::Error;
 
 /// A gyroscope's mean rate between two frames.
@@ -21,10 +21,10 @@ impl Gyro {
             return Ok(());
         }
         let expected = "finite rates with a standard deviation that is not negative";
-        Err(Error::value("gyro", expected, format!("{self:?}")).into())
+        Err(Error::value("gyro", expected, format!("{self:?}")))
     }
 
-    /// As a prior for [`crate::VelocityEstimator`].
+    /// As a prior for [`sphereflow_alignment::VelocityEstimator`].
     pub fn prior(&self) -> VelocityPrior {
         VelocityPrior::of_gyro(self.rate_rad_s, self.least_std_rad_s())
     }

@@ -1,11 +1,11 @@
 //! The pose of a frame against the keyframe: predicted, aligned, judged, and tried again.
 
 use super::DepthOdometry;
-use crate::align::{Alignment, ReadOut, Task};
-use crate::estimate::{VelocityEstimate, judge_motion, keyframe_covariance};
 use crate::keyframe::KeyframeMotion;
-use crate::motion::pose_from_twist;
 use nalgebra::Matrix6;
+use sphereflow_alignment::{
+    Alignment, MotionPrior, Priors, ReadOut, VelocityEstimate, pose_from_twist,
+};
 use sphereflow_core::{Pose, Reason, TrackStatus, Twist};
 
 /// A frame that was measured.
@@ -80,28 +80,29 @@ impl DepthOdometry {
             return Err(Box::new(lost));
         };
         let keyframe_from_world = keyframe.pose.inverse();
-        let first_from_earlier = keyframe_from_world * self.last.pose;
+        let keyframe_from_earlier = keyframe_from_world * self.last.pose;
         let readout = (self.config.readout_s != 0.0).then_some(ReadOut {
             readout_s: self.config.readout_s,
-            first_from_earlier,
+            keyframe_from_earlier,
             since_s: dt_s,
         });
-        let task = Task {
-            first: &keyframe.image,
-            second: &self.current,
-            guess: keyframe_from_world * guess,
-            prior: self.rotation_prior(dt_s, &first_from_earlier),
+        let priors = Priors {
+            motion: self.rotation_prior(dt_s, &keyframe_from_earlier),
             readout,
-            brightness: None,
-            finest: 0,
             restart,
+            ..Priors::default()
         };
-        let alignment = match self.aligner.align(config, &task) {
-            Ok(alignment) => alignment,
-            Err((reason, share)) => return Err(Box::new(VelocityEstimate::lost(reason, share))),
+        let alignment = self.aligner.align(
+            &keyframe.image,
+            &self.current,
+            keyframe_from_world * guess,
+            &priors,
+        );
+        let step = keyframe_from_earlier.inverse() * alignment.motion;
+        let mut estimate = VelocityEstimate::of_alignment(config, &alignment, &step, dt_s);
+        let Some(covariance) = alignment.covariance else {
+            return Err(Box::new(estimate));
         };
-        let step = first_from_earlier.inverse() * alignment.motion;
-        let mut estimate = judge_motion(config, &alignment, &step, dt_s);
         let pose = keyframe.pose * alignment.motion;
         let policy = &self.config.keyframes;
         let surprise = (pose.translation - guess.translation).norm();
@@ -109,7 +110,7 @@ impl DepthOdometry {
             && (alignment.overlap < policy.least_overlap || surprise > policy.max_surprise_m)
         {
             estimate.status = TrackStatus::Lost(Reason::PoorFit {
-                scale: alignment.solution.scale,
+                scale: alignment.residual_scale,
             });
         }
         if self.last.divided
@@ -126,7 +127,7 @@ impl DepthOdometry {
         let keyframe_motion = KeyframeMotion {
             keyframe: keyframe.index,
             keyframe_from_camera: alignment.motion,
-            covariance: keyframe_covariance(config, &alignment),
+            covariance,
         };
         Ok(Measured {
             alignment,
@@ -138,7 +139,7 @@ impl DepthOdometry {
 
     /// The motion that the gyroscope predicts, with the information in the keyframe's frame: a
     /// rotation about the camera is one about the keyframe, by the same angle.
-    fn rotation_prior(&self, dt_s: f64, keyframe_from_last: &Pose) -> Option<(Pose, Matrix6<f64>)> {
+    fn rotation_prior(&self, dt_s: f64, keyframe_from_last: &Pose) -> Option<MotionPrior> {
         let gyro = self.gyro?;
         let twist = Twist {
             angular_rad_s: gyro.rate_rad_s,
@@ -149,10 +150,10 @@ impl DepthOdometry {
         for k in 0..3 {
             information[(k, k)] = 1.0 / (angle * angle);
         }
-        Some((
-            *keyframe_from_last * pose_from_twist(&twist, dt_s),
+        Some(MotionPrior {
+            keyframe_from_frame: *keyframe_from_last * pose_from_twist(&twist, dt_s),
             information,
-        ))
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Odometry: every frame aligned to a keyframe, with a status for every frame.
 
+mod emission;
 mod gyro;
 mod measure;
 mod promote;
@@ -7,17 +8,16 @@ mod result;
 mod settings;
 
 use crate::Result;
-use crate::align::Aligner;
-use crate::depth_image::DepthImage;
-use crate::estimate::VelocityEstimate;
-use crate::graph::KeyframeGraph;
 use crate::keyframe::{Keyframe, LastFrame};
-use crate::motion::{pose_from_twist, twist_from_pose};
-use crate::pyramid::FramePyramid;
+use emission::{Emission, Place};
 pub use gyro::Gyro;
 use measure::Measured;
 pub use result::{OdometryResult, Timings};
 pub use settings::OdometryConfig;
+use sphereflow_alignment::{
+    Aligner, DepthImage, FramePyramid, REFERENCE_WIDTH, VelocityEstimate, pose_from_twist,
+    twist_from_pose,
+};
 use sphereflow_core::{Pose, Reason, Stamp, TrackStatus, Twist};
 use sphereflow_sphere::Camera;
 use std::time::Instant;
@@ -25,21 +25,21 @@ use std::time::Instant;
 /// Poses of a moving depth camera, one frame at a time.
 #[derive(Clone, Debug)]
 pub struct DepthOdometry {
-    pub(crate) config: OdometryConfig,
-    pub(crate) aligner: Aligner,
+    config: OdometryConfig,
+    aligner: Aligner,
     max_flow_px: f64,
-    pub(crate) keyframe: Option<Keyframe>,
-    pub(crate) last: LastFrame,
+    keyframe: Option<Keyframe>,
+    last: LastFrame,
     current: FramePyramid,
     /// Working memory for the next keyframe.
     spare: FramePyramid,
     /// Last stamp that was accepted.
     last_stamp: Option<Stamp>,
-    pub(crate) last_pose: Pose,
+    last_pose: Pose,
     segment: u32,
     /// That of the frame being measured.
     gyro: Option<Gyro>,
-    pub(crate) graph: KeyframeGraph,
+    emission: Emission,
 }
 
 impl DepthOdometry {
@@ -50,9 +50,9 @@ impl DepthOdometry {
     pub fn new(camera: &Camera, config: OdometryConfig) -> Result<Self> {
         config.validate()?;
         Ok(Self {
-            aligner: Aligner::new(camera, &config.alignment)?,
+            aligner: Aligner::new(camera, config.alignment)?,
             max_flow_px: config.keyframes.max_flow_px * camera.width() as f64
-                / crate::config::REFERENCE_WIDTH as f64,
+                / REFERENCE_WIDTH as f64,
             config,
             keyframe: None,
             last: LastFrame::default(),
@@ -62,7 +62,7 @@ impl DepthOdometry {
             last_pose: Pose::identity(),
             segment: 0,
             gyro: None,
-            graph: KeyframeGraph::default(),
+            emission: Emission::default(),
         })
     }
 
@@ -73,7 +73,24 @@ impl DepthOdometry {
 
     /// Keyframes so far.
     pub fn keyframe_count(&self) -> usize {
-        self.graph.keyframe_count()
+        self.emission.count()
+    }
+
+    /// Where the first frame is; has no meaning after it.
+    pub fn begin_at(&mut self, world_from_first: Pose) {
+        if self.keyframe.is_none() {
+            self.last_pose = world_from_first;
+        }
+    }
+
+    /// The keyframe in use is at another place than was believed: the poses to come go on from there.
+    pub fn rebase(&mut self, world_from_keyframe: &Pose) {
+        if let Some(keyframe) = &mut self.keyframe {
+            let correction = *world_from_keyframe * keyframe.pose.inverse();
+            keyframe.pose = *world_from_keyframe;
+            self.last.pose = correction * self.last.pose;
+            self.last_pose = correction * self.last_pose;
+        }
     }
 
     /// The next frame.
@@ -105,15 +122,16 @@ impl DepthOdometry {
         }
         self.gyro = gyro;
         let begin = Instant::now();
-        let stack = &self.aligner.stack;
-        stack.average(&depth.into(), "depth", &mut self.current)?;
+        self.aligner
+            .average(&depth.into(), "depth", &mut self.current)?;
         let averaging_s = begin.elapsed().as_secs_f64();
         let mut result = self.advance(stamp);
         result.timings = Timings {
             averaging_s,
             estimation_s: begin.elapsed().as_secs_f64() - averaging_s,
         };
-        self.graph.note(&result);
+        self.emission.measured(result.keyframe_motion);
+        result.keyframes = self.emission.take();
         Ok(result)
     }
 
@@ -123,9 +141,7 @@ impl DepthOdometry {
             return skipped;
         }
         self.last_stamp = Some(stamp);
-        let result = self.hold(stamp, Reason::NoDepth, None);
-        self.graph.note(&result);
-        result
+        self.hold(stamp, Reason::NoDepth, None)
     }
 
     fn advance(&mut self, stamp: Stamp) -> OdometryResult {
@@ -133,7 +149,7 @@ impl DepthOdometry {
             return skipped;
         }
         self.last_stamp = Some(stamp);
-        let share = self.current.levels[0].known_share();
+        let share = self.current.known_share();
         if share < self.config.alignment.min_known_share {
             // The keyframe stays: a short loss of sight is bridged by the next good frame.
             return self.hold(stamp, Reason::FewKnownPixels { share }, None);
@@ -142,7 +158,7 @@ impl DepthOdometry {
             self.start(stamp);
             return self.result(stamp, TrackStatus::Started, None);
         }
-        if self.current.levels[0].same_as(&self.last.image.levels[0]) {
+        if self.current.same_as(&self.last.image) {
             self.last_pose = self.last.pose;
             let status = TrackStatus::Skipped(Reason::DuplicateFrame);
             return self.result(stamp, status, None);
@@ -165,7 +181,7 @@ impl DepthOdometry {
 
     /// The current frame becomes the keyframe, where the camera is believed to be.
     fn start(&mut self, stamp: Stamp) {
-        self.graph.unlink();
+        self.emission.unlink();
         self.last = LastFrame {
             stamp,
             pose: self.last_pose,
@@ -178,11 +194,19 @@ impl DepthOdometry {
         self.set_keyframe(image, self.last_pose, self.config.readout_s == 0.0);
     }
 
+    /// The last frame becomes the keyframe, with the image given.
     fn set_keyframe(&mut self, image: FramePyramid, pose: Pose, shutter_undone: bool) {
-        let keep = self.config.keyframes.enabled && self.config.graph.enabled;
-        let index = self.graph.add_keyframe(keep, pose, &image);
+        let stamp = self.last.stamp;
+        let told = self.config.keyframes.enabled && self.config.emit_keyframes;
+        let place = Place {
+            stamp,
+            segment: self.segment,
+            pose,
+        };
+        let index = self.emission.made(place, told.then_some(&image));
         let old = self.keyframe.replace(Keyframe {
             index,
+            stamp,
             pose,
             image,
             shutter_undone,
@@ -248,6 +272,7 @@ impl DepthOdometry {
             keyframe_motion,
             estimate,
             segment: self.segment,
+            keyframes: Vec::new(),
             timings: Timings::default(),
         }
     }

@@ -1,10 +1,11 @@
 //! How a frame becomes a keyframe: as if all its rows had been exposed at the stamp.
 
 use super::DepthOdometry;
-use crate::motion::twist_from_pose;
-use crate::pyramid::FramePyramid;
-use crate::row_motion::RollingShutter;
+use super::emission::Place;
+use sphereflow_alignment::FramePyramid;
+use sphereflow_alignment::twist_from_pose;
 use sphereflow_core::{Pose, Twist};
+use sphereflow_sphere::RollingShutter;
 
 impl DepthOdometry {
     /// The last frame becomes the keyframe. `next` is where the current frame is believed to be:
@@ -24,7 +25,14 @@ impl DepthOdometry {
     pub(super) fn undo_keyframe(&mut self, twist: Twist) {
         let image = self.shutter_undone(twist);
         if let Some(keyframe) = &mut self.keyframe {
-            self.graph.replace_image(keyframe.index, &image);
+            if self.config.keyframes.enabled && self.config.emit_keyframes {
+                let place = Place {
+                    stamp: keyframe.stamp,
+                    segment: self.segment,
+                    pose: keyframe.pose,
+                };
+                self.emission.improved(keyframe.index, place, &image);
+            }
             keyframe.image = image;
             keyframe.shutter_undone = true;
         }
@@ -40,9 +48,8 @@ impl DepthOdometry {
         if shutter.is_global() {
             image.clone_from(&self.last.image);
         } else {
-            let config = &self.config.alignment;
             self.aligner
-                .undo_rolling_shutter(config, &self.last.image, shutter, &mut image);
+                .undo_rolling_shutter(&self.last.image, shutter, &mut image);
         }
         image
     }

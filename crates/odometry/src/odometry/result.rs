@@ -1,8 +1,8 @@
 //! What the odometry says of a frame.
 
-use crate::estimate::VelocityEstimate;
-use crate::keyframe::KeyframeMotion;
+use crate::keyframe::{KeyframeEvent, KeyframeMotion};
 use nalgebra::Matrix6;
+use sphereflow_alignment::VelocityEstimate;
 use sphereflow_core::{Pose, Stamp, TrackStatus, Twist};
 
 /// Seconds spent on one frame.
@@ -15,7 +15,7 @@ pub struct Timings {
 }
 
 /// What became of one frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct OdometryResult {
     /// The frame's stamp.
     pub stamp: Stamp,
@@ -36,6 +36,8 @@ pub struct OdometryResult {
     /// Grows by one whenever the chain of measurements breaks: poses of different segments hang
     /// together by prediction only.
     pub segment: u32,
+    /// Keyframes made since the last result, and better images of earlier ones.
+    pub keyframes: Vec<KeyframeEvent>,
     /// Where the time went.
     pub timings: Timings,
 }

@@ -1,9 +1,8 @@
 //! The settings of the odometry.
 
 use crate::Result;
-use crate::config::Config;
-use crate::graph::GraphConfig;
 use crate::keyframe::KeyframePolicy;
+use sphereflow_alignment::Config;
 use sphereflow_core::Error;
 
 /// Settings of [`DepthOdometry`].
@@ -16,17 +15,24 @@ pub struct OdometryConfig {
     /// Rolling shutter: time between the exposures of the first and the last row, seconds; the
     /// stamp is that of the middle row. 0: all rows at once. Negative: the last row comes first.
     pub readout_s: f64,
-    /// Which pairs of keyframes [`DepthOdometry::optimise`] compares.
-    pub graph: GraphConfig,
+    /// True where [`super::OdometryResult::keyframes`] is wanted: a map that keeps keyframes. Costs a
+    /// copy of the image without its finest level a keyframe.
+    pub emit_keyframes: bool,
 }
 
 impl OdometryConfig {
-    pub(super) fn validate(&self) -> Result<()> {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// A core value error naming the first setting out of its range.
+    pub fn validate(&self) -> Result<()> {
+        self.alignment.validate()?;
+        self.keyframes.validate()?;
         if self.readout_s.is_finite() && self.readout_s.abs() <= MAX_READOUT_S {
             return Ok(());
         }
         let expected = format!("at most {MAX_READOUT_S} s between first and last row");
-        Err(Error::value("readout_s", expected, self.readout_s).into())
+        Err(Error::value("readout_s", expected, self.readout_s))
     }
 }
 

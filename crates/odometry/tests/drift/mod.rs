@@ -2,9 +2,10 @@
 #![allow(dead_code)] // each program uses its part
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use sphereflow_alignment::twist_from_pose;
 use sphereflow_core::{Pose, Stamp, TrackStatus};
 use sphereflow_io::{OpenOptions, Recording, open_recording};
-use sphereflow_odometry::{DepthOdometry, OdometryConfig, OdometryResult, twist_from_pose};
+use sphereflow_odometry::{DepthOdometry, OdometryConfig, OdometryResult};
 use std::path::Path;
 
 /// Truth further apart than this is a gap, seconds.
@@ -16,25 +17,6 @@ pub fn open(folder: &str) -> Option<Recording> {
         return None;
     };
     Some(open_recording(&Path::new(&root).join(folder), &OpenOptions::default()).unwrap())
-}
-
-/// The same, with the poses after comparing keyframes at the end.
-pub fn run_optimised(recording: &Recording, config: OdometryConfig) -> (Run, Run) {
-    let (mut odometry, first) = track(recording, config);
-    let begin = std::time::Instant::now();
-    let report = odometry.optimise();
-    println!("{report:?} in {:.1} s", begin.elapsed().as_secs_f64());
-    let corrected = odometry.trajectory().unwrap();
-    let mut second = Run {
-        results: first.results.clone(),
-        truth: first.truth.clone(),
-    };
-    for result in &mut second.results {
-        if let Some(pose) = corrected.interpolate(result.stamp, TRUTH_GAP_S) {
-            result.world_from_camera = pose;
-        }
-    }
-    (first, second)
 }
 
 /// A run with, frame by frame, the truth where it is known.

@@ -3,9 +3,10 @@
 use super::result::PySolverResult;
 use super::settings::Settings;
 use super::{matrices, square, vector3};
-use crate::arrays::{floats, vectors3};
+use crate::arrays::{array1, floats, vectors3};
 use crate::errors::{IntoPython, Kind, exception};
-use crate::observers::array1;
+use crate::pickle::{Reduced, reduced};
+use crate::plain::Plain;
 use crate::trajectory::pose_from;
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
@@ -74,6 +75,10 @@ impl PyMotion {
             bias.gyro.as_slice(),
             bias.accel.as_slice()
         )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "Motion", self.0.to_plain(py)?)
     }
 }
 

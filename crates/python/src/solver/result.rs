@@ -1,5 +1,7 @@
 //! `SolverResult`: what an adjustment did.
 
+use crate::pickle::{Reduced, reduced};
+use crate::plain::{Plain, plain_struct};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_solver::{LinearSolver, Summary};
@@ -14,6 +16,14 @@ pub struct PySolverResult {
     pub rejected: Vec<usize>,
     pub setup: Duration,
 }
+
+plain_struct!(PySolverResult {
+    summary,
+    issues,
+    linear_solver,
+    rejected,
+    setup
+});
 
 #[pymethods]
 impl PySolverResult {
@@ -94,6 +104,10 @@ impl PySolverResult {
     #[getter]
     fn setup_s(&self) -> f64 {
         self.setup.as_secs_f64()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "SolverResult", self.to_plain(py)?)
     }
 
     fn __repr__(&self) -> String {

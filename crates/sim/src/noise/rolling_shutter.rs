@@ -31,7 +31,7 @@ impl RollingShutter {
 
     /// Exposure of row `y` relative to the image's stamp, seconds.
     pub fn row_time_s(&self, y: usize) -> f64 {
-        ((y as f64 + 0.5) / self.height as f64 - 0.5) * self.readout_s
+        sphereflow_sphere::row_time_s(y as f64, self.height as f64, self.readout_s)
     }
 
     /// Exposure of row `y` of the image stamped `stamp`.

@@ -86,7 +86,8 @@ impl SphereGrid {
     /// square radian, with [`Border::Extrapolate`].
     ///
     /// The value is a balance of fluxes, as for [`SphereGrid::divergence`]: it obeys the theorem of
-    /// Gauss likewise, and is of second order up to the poles of a 360-degree image. NaN where the pixel is invalid or a NaN of the field lies among
+    /// Gauss likewise, and is of second order up to the poles of a 360-degree image. NaN where
+    /// the pixel is invalid or a NaN of the field lies among
     /// its eight neighbours (beside a border: among the pixels it is extrapolated from, up to three
     /// inwards).
     ///

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
+from sphereflow.calibration import camera_imu as calibrate
 from sphereflow.cli.calib.sensor_report import finish
 from sphereflow.cli.console import progress_bar, user_errors
-from sphereflow.sensor_calibration import camera_imu as calibrate
 
 EXAMPLES = """[bold]Examples[/bold]
 

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
+from sphereflow.calibration import imu_still as calibrate
 from sphereflow.cli.calib.sensor_report import finish
 from sphereflow.cli.console import user_errors
-from sphereflow.sensor_calibration import imu_still as calibrate
 
 EXAMPLES = """[bold]Examples[/bold]
 

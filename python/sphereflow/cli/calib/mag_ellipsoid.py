@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
+from sphereflow.calibration import mag_ellipsoid as calibrate
 from sphereflow.cli.calib.sensor_report import finish
 from sphereflow.cli.console import user_errors
-from sphereflow.sensor_calibration import mag_ellipsoid as calibrate
 
 EXAMPLES = """[bold]Examples[/bold]
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import typer
 
+from sphereflow.calibration import Calibrated
 from sphereflow.cli.console import FAILED, print_json, print_rows, progress_bar, stop
 from sphereflow.odometry import SelfCalibration
-from sphereflow.self_calibration import Calibrated
 
 
 @contextmanager

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
+from sphereflow.calibration import calibrate_rolling_shutter
 from sphereflow.cli.calib.report import finish, stages
 from sphereflow.cli.console import user_errors
-from sphereflow.self_calibration import calibrate_rolling_shutter
 
 EXAMPLES = """[bold]Examples[/bold]
 

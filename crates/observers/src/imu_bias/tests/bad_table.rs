@@ -79,9 +79,16 @@ fn each_bad_sample_gives_its_reason_and_a_finite_state() {
                 "{method:?}, {}, sample {}: {at}; at the end {last}",
                 case.name, case.at
             );
-            assert!(at.to_string().contains(case.says), "{}: {at}", case.name);
+            // 20 s are too few for the observer, and it says so.
+            let observer = method == ImuBiasMethod::Observer;
+            let expected = |text: &'static str| match text {
+                "ok" if observer => "settling",
+                other => other,
+            };
+            let says = expected(case.says);
+            assert!(at.to_string().contains(says), "{}: {at}", case.name);
             assert!(
-                last.to_string().contains(case.ends),
+                last.to_string().contains(expected(case.ends)),
                 "{}: {last}",
                 case.name
             );

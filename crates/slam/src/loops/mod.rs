@@ -1,0 +1,3 @@
+//! Motions between keyframes that are not neighbours in time.
+
+pub(crate) mod dense_edges;
