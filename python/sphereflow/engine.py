@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -181,7 +181,7 @@ class Engine:
         """End ``finish`` from another thread; the poses are whole."""
         self._native.cancel()
 
-    def trajectory(self, kind: str = "final") -> Trajectory:
+    def trajectory(self, kind: Literal["final", "causal"] = "final") -> Trajectory:
         """Poses of all frames that have one: ``final``, or ``causal`` as they were published."""
         return self._native.trajectory(kind)
 

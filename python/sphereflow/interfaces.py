@@ -117,7 +117,7 @@ class MotionLike(Protocol):
 
     @property
     def status(self) -> str:
-        """``started``, ``tracked``, ``weak``, ``coasting``, ``lost``, ``relocalised``, ``skipped``."""
+        """One of ``sphereflow.journal.STATUSES``."""
 
     @property
     def reason(self) -> str | None:

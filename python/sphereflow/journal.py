@@ -45,7 +45,7 @@ class Entry:
 
 @dataclass(slots=True)
 class Journal:
-    """The frames of a run in their order; ``final`` has their poses as the map has them in the end."""
+    """The frames of a run in their order; ``final`` has their poses in the end."""
 
     entries: list[Entry] = field(default_factory=list)
     pushed: int = 0

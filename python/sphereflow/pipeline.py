@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, cast
 
 import sphereflow
 from sphereflow import eval as evaluation
@@ -58,7 +58,7 @@ def run(
     config: EngineConfig | None = None,
     pose_graph: bool = True,
     readout_s: float | None = None,
-    world: str | None = None,
+    world: Literal["auto", "first-camera"] | None = None,
     rrd: str | Path | None = None,
     max_frames: int | None = None,
     pictures: bool = True,
@@ -315,7 +315,7 @@ def _opened(
             data, calibration=calibration, depth_scale=depth_scale
         )
     elif hasattr(data, "frames"):
-        recording = data
+        recording = cast(RecordingLike, data)
     elif isinstance(calibration, Calibration):
         recording = FrameSource(data, calibration)
     else:

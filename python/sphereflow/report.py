@@ -6,7 +6,6 @@ import json
 import math
 import os
 import platform
-import resource
 import sys
 import tempfile
 from collections.abc import Mapping
@@ -97,8 +96,12 @@ def path_length_m(position_m: NDArray[np.float64]) -> float:
     return float(np.linalg.norm(np.diff(position_m, axis=0), axis=1).sum())
 
 
-def peak_memory_bytes() -> int:
-    """Most memory this process has held so far."""
+def peak_memory_bytes() -> int | None:
+    """Most memory this process has held so far; None where the system does not tell."""
+    try:
+        import resource
+    except ImportError:  # Windows has none
+        return None
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return int(peak if sys.platform == "darwin" else 1024 * peak)
 
@@ -139,8 +142,8 @@ def build_report(
         "outcomes": journal.outcomes(),
         "coverage": journal.coverage,
         "coverage_weak": engine["coverage_weak"],
-        "coverage_meaning": "frames with a pose / frames not skipped on purpose; coverage_weak is the "
-        "part of them whose motion is poorly determined",
+        "coverage_meaning": "frames with a pose / frames not skipped on purpose; coverage_weak: "
+        "those whose motion is poorly determined",
         "segments": engine["segments"],
         "world": {"frame": engine["world"], "because": engine["world_because"]},
         "min_coverage": settings.min_coverage,
@@ -175,7 +178,9 @@ def _no_graph(settings: Settings, engine: Mapping[str, Any]) -> str | None:
     if not settings.pose_graph:
         return "not asked for"
     count = engine["keyframes"]
-    return "1 keyframe: nothing to compare" if count == 1 else f"{count} keyframes: nothing to compare"
+    return (
+        "1 keyframe: nothing to compare" if count == 1 else f"{count} keyframes: nothing to compare"
+    )
 
 
 def versions() -> dict[str, str]:

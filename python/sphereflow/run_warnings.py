@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 from sphereflow.interfaces import RecordingLike
 from sphereflow.journal import Journal
 
 WEAK_SHARE = 0.1
-"""Share of weak frames from which a warning says so: a few are usual where a wall fills the view."""
+"""Share of weak frames from which a warning says so; a few are usual before a wall."""
 
 NOT_SETTLED = (
     "the pose graph did not settle: trajectory.tum has the poses of its last step, odometry.tum "
@@ -22,17 +23,13 @@ def warnings_of(recording: RecordingLike, journal: Journal, engine: dict[str, An
     graph = engine["graph"]
     if graph is not None and not graph["converged"]:
         warnings.append(NOT_SETTLED)
-    warnings += [_break(before, after) for before, after in _pairs(engine["segments"])]
+    warnings += [_break(before, after) for before, after in pairwise(engine["segments"])]
     if journal.weak_share > WEAK_SHARE:
         warnings.append(
-            f"{100 * journal.weak_share:.0f} % of the poses are weak: a direction of motion is hardly "
-            "visible in the depth images, and the path may be wrong along it"
+            f"{100 * journal.weak_share:.0f} % of the poses are weak: a direction of motion is "
+            "hardly visible in the depth images, and the path may be wrong along it"
         )
     return warnings
-
-
-def _pairs(segments: list[dict[str, Any]]) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    return list(zip(segments[:-1], segments[1:], strict=True))
 
 
 def _break(before: dict[str, Any], after: dict[str, Any]) -> str:

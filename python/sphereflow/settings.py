@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, Literal
 
 import sphereflow
 from sphereflow._native import Calibration
@@ -27,7 +27,7 @@ class Settings:
     max_frames: int | None = None
     min_coverage: float = 0.9
     voxel_m: float | None = None
-    world: str | None = None
+    world: Literal["auto", "first-camera"] | None = None
     config: EngineConfig | None = None
 
     def check(self) -> None:

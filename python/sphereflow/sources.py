@@ -13,7 +13,7 @@ from sphereflow.interfaces import FrameLike
 
 
 class FrameSource:
-    """What the pipeline asks of a recording, over frames that come once and whose number is open."""
+    """What the pipeline asks of a recording, over frames that come once, however many."""
 
     kind = "frames"
     truth = None

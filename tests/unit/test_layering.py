@@ -1,4 +1,4 @@
-"""The layers of the workspace: a crate uses only the crates above it, and ARCHITECTURE.md says so."""
+"""A crate uses only the crates above it, and ARCHITECTURE.md says so."""
 
 from __future__ import annotations
 

@@ -333,7 +333,7 @@ def test_run_of_many_weak_frames_warns(tmp_path, known):
 def test_run_of_frames_from_anywhere_needs_a_calibration(tmp_path):
     recording = fakes.FakeRecording(20)
     frames = (recording.frame(index) for index in range(20))
-    with pytest.raises(sphereflow.DtypeError, match="calibration: expected a sphereflow.Calib"):
+    with pytest.raises(sphereflow.DtypeError, match="calibration: expected a sphereflow"):
         run(frames, tmp_path / "a")
     calibration = sphereflow.Calibration(recording.camera)
     result = run(frames, tmp_path / "b", calibration=calibration, pictures=False)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from sphereflow.cli.console import progress_bar, stage_bars, user_errors
+from sphereflow.cli.options import JsonFlag
 from sphereflow.cli.outcome import finish
 from sphereflow.cli.run import STAGES
 from sphereflow.pipeline import run as run_pipeline
@@ -36,7 +37,9 @@ def demo(
     rrd: Annotated[
         Path | None, typer.Option(help="Also record for the rerun viewer in this file.")
     ] = None,
-    max_frames: Annotated[int | None, typer.Option(metavar="N", help="Stop after N frames.")] = None,
+    max_frames: Annotated[
+        int | None, typer.Option(metavar="N", help="Stop after N frames.")
+    ] = None,
     pictures: Annotated[bool, typer.Option(help="Draw pictures of the result.")] = True,
     keep_recording: Annotated[
         bool, typer.Option("--keep-recording", help="Also write the simulated recording to OUT.")
@@ -47,6 +50,7 @@ def demo(
     min_coverage: Annotated[
         float, typer.Option(help="Share of frames that must have a pose for exit status 0.")
     ] = 0.9,
+    as_json: JsonFlag = False,
 ) -> None:
     """Simulate a depth camera in a room, track it, and compare with the exact truth.
 
@@ -71,4 +75,4 @@ def demo(
     if keep_recording:
         with progress_bar("writing") as progress:
             recording.write(result.folder / "recording", progress=progress)
-    finish(result, min_coverage)
+    finish(result, min_coverage, as_json=as_json)

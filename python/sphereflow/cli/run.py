@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sphereflow.cli.console import stage_bars, user_errors
-from sphereflow.cli.options import World
+from sphereflow.cli.options import JsonFlag, World
 from sphereflow.cli.outcome import finish
 from sphereflow.config import EngineConfig
 from sphereflow.pipeline import run as run_pipeline
@@ -77,12 +77,16 @@ def run(
     ] = World.AUTO,
     config: Annotated[
         Path | None,
-        typer.Option(help="Settings (TOML); config dump prints them all, config check reads a file."),
+        typer.Option(
+            help="Settings (TOML); config dump prints them all, config check reads a file."
+        ),
     ] = None,
     rrd: Annotated[
         Path | None, typer.Option(help="Also record for the rerun viewer in this file.")
     ] = None,
-    max_frames: Annotated[int | None, typer.Option(metavar="N", help="Stop after N frames.")] = None,
+    max_frames: Annotated[
+        int | None, typer.Option(metavar="N", help="Stop after N frames.")
+    ] = None,
     pictures: Annotated[bool, typer.Option(help="Draw pictures of the result.")] = True,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an earlier result in the folder.")
@@ -93,11 +97,12 @@ def run(
     voxel: Annotated[
         float | None, typer.Option(help="Cell size of the map in metres (0.02).")
     ] = None,
+    as_json: JsonFlag = False,
 ) -> None:
     """Track a recording: trajectory, map, report and pictures into one folder.
 
-    Writes trajectory.tum (final) and odometry.tum (as published while running; both: time in seconds,
-    position in metres, quaternion xyzw, world from camera), segments/, keyframes.tum, graph.g2o,
+    Writes trajectory.tum (final) and odometry.tum (as published while running; both: seconds,
+    metres, quaternion xyzw, world from camera), segments/, keyframes.tum, graph.g2o,
     calibration.toml, map.ply, report.json and pictures/. The folder appears when all is written.
     """
     with stage_bars(STAGES) as progress:
@@ -110,7 +115,7 @@ def run(
             pose_graph=pose_graph,
             config=None if config is None else EngineConfig.from_toml(config),
             readout_s=readout,
-            world=world.value,
+            world="auto" if world is World.AUTO else "first-camera",
             rrd=rrd,
             max_frames=max_frames,
             pictures=pictures,
@@ -119,4 +124,4 @@ def run(
             voxel_m=voxel,
             progress=progress,
         )
-    finish(result, min_coverage)
+    finish(result, min_coverage, as_json=as_json)

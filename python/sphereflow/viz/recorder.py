@@ -158,7 +158,10 @@ class RunRecorder:
             self._rr.TimeColumn("frame", sequence=np.arange(len(stamps))),
         ]
         linear, angular = journal.velocities
-        series = {"motion/quality": journal.qualities, "motion/has_pose": journal.has_pose.astype(float)}
+        series = {
+            "motion/quality": journal.qualities,
+            "motion/has_pose": journal.has_pose.astype(float),
+        }
         for axis, name in enumerate(("x", "y", "z")):
             series[f"motion/linear_m_s/{name}"] = linear[:, axis]
             series[f"motion/angular_rad_s/{name}"] = angular[:, axis]
