@@ -77,10 +77,10 @@ impl BundleProblem {
 
     /// Estimate parameters of a camera, by their names in a calibration file; `focal` is `fx` and
     /// `fy` together; `readout_s`, `colour_offset_s` and the terms of the depth field
-    /// (`depth_field.relative.z1`, ...) are
-    /// [`DeviceCalibration`](crate::bundle::DeviceCalibration)'s. Derivatives are closed forms
-    /// for focal lengths, principal point, skew and
-    /// OpenCV's coefficients, and central differences for the other models' own parameters.
+    /// (`depth_field.relative.z1`, ...) are those of
+    /// [`DeviceCalibration`](crate::bundle::DeviceCalibration). Derivatives are closed forms for
+    /// focal lengths, principal point, skew, OpenCV's coefficients and the device, and central
+    /// differences for the other models' own parameters.
     ///
     /// # Errors
     /// Where there is no such camera or parameter, or a parameter is named twice.

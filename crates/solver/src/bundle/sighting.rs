@@ -1,4 +1,7 @@
 //! What a rolling depth camera sees of a point: a pixel of a row, and the inverse depth there.
+//!
+//! Thesis: section 9.3.2, with the inverse depth along the axis instead of a point in space: its errors
+//! are nearly normal, and the pixel is counted once.
 
 use super::device::{FIELD, OFFSET, READOUT, TERMS};
 use super::intrinsics::MAX_FREE;
@@ -27,7 +30,7 @@ pub(crate) struct InverseDepth {
     /// 1 / sigma.
     pub root: f64,
     pub row: f64,
-    /// Normalised coordinates of the pixel.
+    /// Normalised coordinates of the pixel of the depth image.
     pub place: [f64; 2],
 }
 

@@ -1,6 +1,7 @@
 //! Rolling depth cameras as they are stated: times, depth field, row motions, sightings.
 
 use super::BundleProblem;
+use crate::Result;
 use crate::bundle::device::{Device, DeviceCalibration};
 use crate::bundle::ids::index;
 #[cfg(test)]
@@ -9,7 +10,6 @@ use crate::bundle::measurement::Measurement;
 use crate::bundle::prior::root_information;
 use crate::bundle::rows::RowMotion;
 use crate::bundle::sighting::{InverseDepth, RowPixel};
-use crate::{Error, Result};
 use nalgebra::{Matrix2, Vector2};
 use sphereflow_core::checks::{all_finite, each, finite, positive};
 
@@ -25,6 +25,32 @@ pub struct ReadDepth {
     pub colour_offset_s: f64,
     /// Its change with that offset, 1/(m s): 0 where the offset is known.
     pub by_offset: f64,
+    /// Where in the depth image it was read, `[x/z, y/z]` of that pixel's ray: where the depth field
+    /// is taken.
+    pub place: [f64; 2],
+}
+
+impl ReadDepth {
+    /// Of a row whose time after the pose's is this share of the read-out.
+    fn measurement(&self, row: f64) -> Result<Measurement> {
+        each(
+            positive,
+            &[("inv_depth", self.inv_depth), ("sigma", self.sigma)],
+        )?;
+        let numbers = [
+            ("colour_offset_s", self.colour_offset_s),
+            ("by_offset", self.by_offset),
+        ];
+        each(finite, &numbers)?;
+        all_finite("place", &self.place)?;
+        Ok(Measurement::InverseDepth(InverseDepth {
+            value: self.inv_depth - self.by_offset * self.colour_offset_s,
+            rate: self.by_offset,
+            root: 1.0 / self.sigma,
+            row,
+            place: self.place,
+        }))
+    }
 }
 
 impl BundleProblem {
@@ -77,8 +103,8 @@ impl BundleProblem {
     /// in pixels squared; and at a depth, which counts by its own deviation and loss.
     ///
     /// # Errors
-    /// Where an index is unknown, a number is not finite or not positive, the covariance is not
-    /// positive definite, or depth is read where the camera has no ray ahead.
+    /// Where an index is unknown, a number is not finite or not positive, or the covariance is not
+    /// positive definite.
     pub fn add_sighting(
         &mut self,
         pose: usize,
@@ -93,32 +119,7 @@ impl BundleProblem {
         let root = root_information("covariance", covariance)?;
         let camera = &self.intrinsics[self.views[pose].camera].camera;
         let row = (pixel.y + 0.5) / camera.height() as f64 - 0.5;
-        let depth = match depth {
-            Some(read) => {
-                each(
-                    positive,
-                    &[("inv_depth", read.inv_depth), ("sigma", read.sigma)],
-                )?;
-                let times = [
-                    ("colour_offset_s", read.colour_offset_s),
-                    ("by_offset", read.by_offset),
-                ];
-                each(finite, &times)?;
-                let ahead = camera.unproject(&pixel).filter(|ray| ray.z > 0.0);
-                let expected = "a pixel whose ray points ahead";
-                let ray = ahead.ok_or_else(|| {
-                    Error::value("pixel", expected, format!("{:?}", pixel.as_slice()))
-                })?;
-                Some(Measurement::InverseDepth(InverseDepth {
-                    value: read.inv_depth - read.by_offset * read.colour_offset_s,
-                    rate: read.by_offset,
-                    root: 1.0 / read.sigma,
-                    row,
-                    place: [ray.x / ray.z, ray.y / ray.z],
-                }))
-            }
-            None => None,
-        };
+        let depth = depth.map(|read| read.measurement(row)).transpose()?;
         self.observe(pose, point, Measurement::Row(RowPixel { pixel, root, row }))?;
         if let Some(depth) = depth {
             self.observe(pose, point, depth)?;

@@ -91,6 +91,7 @@ fn sample(camera: usize, loss: impl Fn(f64) -> Loss) -> BundleProblem {
                 sigma: 0.1,
                 colour_offset_s: 0.02,
                 by_offset: 0.7 - 0.3 * f64::from(k),
+                place: [x.x / x.z + 0.02, x.y / x.z - 0.03],
             };
             let spread = Matrix2::new(40.0, 6.0, 6.0, 30.0);
             problem
@@ -150,6 +151,7 @@ fn bad_device_arguments_are_errors_by_name() {
         sigma: 0.1,
         colour_offset_s: 0.0,
         by_offset: 0.0,
+        place: [0.1, 0.2],
     };
     let mut add = |pose, read| problem.add_sighting(pose, 0, pixel, &spread, Some(read));
     for (name, found) in [
