@@ -44,7 +44,8 @@ def matched_pairs(
     """
     if not 0.0 <= max_difference_s <= MAX_SECONDS:
         raise sphereflow.ValueRangeError(
-            f"max_difference_s must be 0 to {MAX_SECONDS:g} seconds, found {max_difference_s}"
+            f"max_difference_s must be at least 0 seconds and at most {MAX_SECONDS:g}, "
+            f"found {max_difference_s}"
         )
     if not abs(offset_s) <= MAX_SECONDS:
         raise sphereflow.ValueRangeError(
