@@ -188,12 +188,12 @@ def test_run_prints_both_errors_and_what_the_pose_graph_did(tmp_path, recording,
 
 
 @pytest.mark.usefixtures("recording")
-def test_run_options_reach_the_odometry(tmp_path, known_answers):
+def test_run_options_reach_the_engine(tmp_path, known_answers):
     known_answers.drift_m = 0.002
     options = ("--no-pose-graph", "--readout", 0.03, "--no-pictures")
     result = invoke("run", "data", "--out", tmp_path / "out", *options)
     assert result.exit_code == 0, result.stderr
-    assert known_answers.made[-1].readout_s == 0.03
+    assert known_answers.made[-1].calibration.readout_s == 0.03
     assert known_answers.made[-1].graph is None
     assert "none: not asked for" in result.output
     assert "30 ms (given)" in result.output

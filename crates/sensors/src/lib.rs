@@ -5,6 +5,8 @@
 //! bytes and know no formats. The two meet in a device.
 
 pub mod bits;
+pub mod clock;
+pub mod coded;
 pub mod colour;
 pub mod disparity;
 mod error;
@@ -14,6 +16,10 @@ pub mod imu;
 pub mod kinect;
 pub mod ps1080;
 pub mod registration;
+pub mod serial;
+pub mod sim;
+pub mod synchronise;
+pub mod usb;
 pub mod usb_packet;
 
 pub use error::{Error, Result};

@@ -198,7 +198,7 @@ impl Registration {
                 continue;
             }
             let place = &mut depths[*row as usize * self.width + x as usize];
-            if !(*place <= *depth_m) {
+            if place.is_nan() || *place > *depth_m {
                 *place = *depth_m;
             }
         }

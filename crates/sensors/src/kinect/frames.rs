@@ -89,15 +89,14 @@ impl FrameAssembler {
             return;
         }
         let mut halves = std::mem::take(&mut self.halves);
-        match halves.push(packet) {
-            Joined::Whole(header) => self.place(&header, &packet[HEADER_BYTES..], &mut frame),
-            Joined::Completed(header, whole) => {
+        halves.push(packet, |joined| match joined {
+            Joined::Whole(header, image) => self.place(&header, &image[HEADER_BYTES..], &mut frame),
+            Joined::Completed(header, image) => {
                 self.faults.misaligned += 1;
-                self.place(&header, &whole[HEADER_BYTES..], &mut frame);
+                self.place(&header, &image[HEADER_BYTES..], &mut frame);
             }
-            Joined::Half => {}
             Joined::Malformed => self.faults.malformed += 1,
-        }
+        });
         self.halves = halves;
     }
 
@@ -107,7 +106,7 @@ impl FrameAssembler {
             return;
         }
         let sequence = header.sequence[1];
-        let Some(mut index) = self.index_of(header.place, sequence, frame) else {
+        let Some((mut index, late)) = self.index_of(header.place, sequence, frame) else {
             return;
         };
         if !self.fits(header.place, index) {
@@ -132,19 +131,22 @@ impl FrameAssembler {
         if header.place == Place::End {
             self.ticks = Some(header.ticks);
         }
-        self.advance(index, sequence, frame);
+        if !late {
+            self.advance(index, sequence, frame);
+        }
     }
 
-    /// Place in its frame of a packet, by its number; frames that ended in a gap before it come out.
+    /// Place in its frame of a packet, by its number, and whether it came late; frames that ended
+    /// in a gap before it come out.
     fn index_of(
         &mut self,
         place: Place,
         sequence: u8,
         frame: &mut impl FnMut(RawFrame),
-    ) -> Option<usize> {
+    ) -> Option<(usize, bool)> {
         let Some((awaited, number)) = self.awaited else {
             if place == Place::Start {
-                return Some(0);
+                return Some((0, false));
             }
             self.faults.unsynchronised += 1;
             return None;
@@ -157,7 +159,7 @@ impl FrameAssembler {
                 return None;
             };
             self.faults.late += 1;
-            return Some(index);
+            return Some((index, true));
         }
         let mut index = awaited + usize::from(sequence.wrapping_sub(number));
         while index >= self.mode.packets() {
@@ -167,7 +169,7 @@ impl FrameAssembler {
             }
             self.finish(frame);
         }
-        Some(index)
+        Some((index, false))
     }
 
     fn fits(&self, place: Place, index: usize) -> bool {
@@ -180,9 +182,6 @@ impl FrameAssembler {
     }
 
     fn advance(&mut self, index: usize, sequence: u8, frame: &mut impl FnMut(RawFrame)) {
-        if self.awaited.is_some_and(|(awaited, _)| index < awaited) {
-            return; // a late one: the newest is awaited still
-        }
         self.awaited = Some((index + 1, sequence.wrapping_add(1)));
         if index + 1 == self.mode.packets() {
             self.finish(frame);

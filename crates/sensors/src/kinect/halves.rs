@@ -13,33 +13,31 @@ const TRANSACTION: usize = 960;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Halves {
     held: Vec<u8>,
-    joined: Vec<u8>,
 }
 
-/// What became of a USB packet.
+/// What a USB packet gave.
 pub(super) enum Joined<'a> {
-    /// It is an image packet as it stands.
-    Whole(Header),
-    /// It completed an image packet, which is here.
+    /// An image packet as it stands.
+    Whole(Header, &'a [u8]),
+    /// An image packet out of halves.
     Completed(Header, &'a [u8]),
-    /// It is the first half of one.
-    Half,
-    /// It is neither.
+    /// Bytes that belong to no image packet.
     Malformed,
 }
 
 impl Halves {
-    pub(super) fn push(&mut self, packet: &[u8]) -> Joined<'_> {
+    /// One USB packet; calls `image` with what it gives: at most two image packets.
+    pub(super) fn push(&mut self, packet: &[u8], mut image: impl FnMut(Joined<'_>)) {
         if let Some(header) = Header::parse(packet) {
             self.held.clear();
             if header.length == packet.len() {
-                return Joined::Whole(header);
-            }
-            if header.length > packet.len() && packet.len() <= TRANSACTION {
+                image(Joined::Whole(header, packet));
+            } else if header.length > packet.len() && packet.len() <= TRANSACTION {
                 self.held.extend_from_slice(packet);
-                return Joined::Half;
+            } else {
+                image(Joined::Malformed);
             }
-            return Joined::Malformed;
+            return;
         }
         let (second, next) = packet.split_at(self.split(packet.len()));
         let next = if Header::parse(next).is_some() {
@@ -47,7 +45,7 @@ impl Halves {
         } else {
             &[]
         };
-        self.join(second, next)
+        self.join(second, next, image);
     }
 
     /// Where a packet without a header at its begin is to be cut: behind what the held half lacks.
@@ -58,20 +56,24 @@ impl Halves {
         }
     }
 
-    fn join(&mut self, second: &[u8], next: &[u8]) -> Joined<'_> {
-        std::mem::swap(&mut self.held, &mut self.joined);
-        self.held.clear();
+    fn join(&mut self, second: &[u8], next: &[u8], mut image: impl FnMut(Joined<'_>)) {
+        let begun = !self.held.is_empty();
         self.held
-            .extend_from_slice(&next[..next.len().min(TRANSACTION)]);
-        let begun = !self.joined.is_empty();
-        self.joined
             .extend_from_slice(&second[..second.len().min(TRANSACTION)]);
-        match Header::parse(&self.joined) {
-            Some(header) if begun && header.length == self.joined.len() => {
-                Joined::Completed(header, &self.joined)
+        match Header::parse(&self.held) {
+            Some(header) if begun && header.length == self.held.len() => {
+                image(Joined::Completed(header, &self.held));
             }
-            _ if !self.held.is_empty() => Joined::Half,
-            _ => Joined::Malformed,
+            _ if next.is_empty() => image(Joined::Malformed),
+            _ => {}
+        }
+        self.held.clear();
+        match Header::parse(next) {
+            Some(header) if header.length == next.len() => image(Joined::Completed(header, next)),
+            Some(_) => self
+                .held
+                .extend_from_slice(&next[..next.len().min(TRANSACTION)]),
+            None => {}
         }
     }
 }

@@ -3,14 +3,16 @@
 //! Model 1414 is the one whose protocol is public in full. Models 1473 and "for Windows" share
 //! the image streams; they were not tried on hardware.
 
+mod camera;
 mod command;
 mod frames;
 mod halves;
 mod mode;
 mod motor;
 mod parameters;
-mod registers;
+pub(crate) mod registers;
 
+pub use camera::{Camera, CameraFrame, Content};
 pub use command::{CameraCommand, REPLY_BYTES, Reply, parse_reply};
 pub use frames::{FrameAssembler, RawFrame};
 pub use mode::{DEPTH_STREAM, Mode, PixelFormat, VIDEO_STREAM};

@@ -24,8 +24,10 @@ pub(crate) const VIDEO_ENDPOINT: u8 = 0x81;
 /// Endpoint of depth packets.
 pub(crate) const DEPTH_ENDPOINT: u8 = 0x82;
 
-const VIDEO_STREAM: u16 = 0x05;
-const DEPTH_STREAM: u16 = 0x06;
+/// Register that starts and stops colour and infrared.
+pub(crate) const VIDEO_STREAM: u16 = 0x05;
+/// Register that starts and stops depth.
+pub(crate) const DEPTH_STREAM: u16 = 0x06;
 const PROJECTOR_CYCLE: u16 = 0x105;
 /// Registers of format, resolution, rate of a stream.
 const COLOUR: [u16; 3] = [0x0c, 0x0d, 0x0e];

@@ -241,10 +241,10 @@ impl Protocol for Burst {
         if message[length - 1] != DELIMITER {
             return Step::Nothing;
         }
-        if let Some(at) = self.format.offset(CHECKSUM) {
-            if checksum(&message[1..at]).to_be_bytes() != message[at..at + 2] {
-                return Step::BadChecksum(1);
-            }
+        if let Some(at) = self.format.offset(CHECKSUM)
+            && checksum(&message[1..at]).to_be_bytes() != message[at..at + 2]
+        {
+            return Step::BadChecksum(1);
         }
         Step::Message(length, self.reading(message))
     }
