@@ -47,6 +47,10 @@ class Poses:
         return Poses(self.stamp_ns[rows], self.position_m[rows], self.rotation[rows])
 
 
+MAX_POSITION_M = 1e15
+"""A tenth of a light year. Much larger coordinates overflow when they are squared and summed."""
+
+
 def checked_poses(trajectory: TrajectoryLike, name: str) -> Poses:
     """Arrays of ``trajectory``; errors call it ``name``.
 
@@ -78,6 +82,11 @@ def checked_poses(trajectory: TrajectoryLike, name: str) -> Poses:
         raise sphereflow.DataError(
             f"{name}: pose {bad[0]} has a number that is not finite or a quaternion of length 0 "
             f"({bad.size} of {count} poses do)"
+        )
+    if not np.abs(position_m).max(initial=0.0) <= MAX_POSITION_M:
+        raise sphereflow.DataError(
+            f"{name}: positions must be within {MAX_POSITION_M:g} m, found "
+            f"{np.abs(position_m).max():g} m"
         )
     backwards = np.flatnonzero(np.diff(stamp_ns) < 0)
     if backwards.size:

@@ -15,6 +15,14 @@ Association = Literal["one_to_one", "nearest"]
 ASSOCIATIONS: tuple[Association, ...] = ("one_to_one", "nearest")
 
 
+MAX_SECONDS = 4e9
+"""Differences of stamps that can be meant: 1970 to 2096. Integer nanoseconds hold twice that."""
+
+MAX_CANDIDATES = 4_000_000
+"""Pairs sorted by their distance in time, 40 bytes each. Larger: more memory is used before a
+tolerance that matches everything with everything is refused."""
+
+
 def matched_pairs(
     reference: Poses,
     estimate: Poses,
@@ -34,9 +42,14 @@ def matched_pairs(
     sphereflow.DataError
         Where no two poses are within ``max_difference_s``: the message tells both time spans.
     """
-    if not max_difference_s >= 0.0:
+    if not 0.0 <= max_difference_s <= MAX_SECONDS:
         raise sphereflow.ValueRangeError(
-            f"max_difference_s must be at least 0 seconds, found {max_difference_s}"
+            f"max_difference_s must be at least 0 seconds and at most {MAX_SECONDS:g}, "
+            f"found {max_difference_s}"
+        )
+    if not abs(offset_s) <= MAX_SECONDS:
+        raise sphereflow.ValueRangeError(
+            f"offset_s must be within {MAX_SECONDS:g} seconds, found {offset_s}"
         )
     if association not in ASSOCIATIONS:
         raise sphereflow.ValueRangeError(
@@ -68,6 +81,11 @@ def one_to_one(first_ns: Integers, second_ns: Integers, limit_ns: int) -> Intege
     begin = np.searchsorted(second_ns, first_ns - limit_ns, side="left")
     end = np.searchsorted(second_ns, first_ns + limit_ns, side="right")
     counts = end - begin
+    if counts.sum() > MAX_CANDIDATES:
+        raise sphereflow.ValueRangeError(
+            f"max_difference_s: {limit_ns * 1e-9:g} s puts {counts.sum()} pairs of poses near each "
+            f"other, at most {MAX_CANDIDATES} are compared: lower it"
+        )
     rows = np.repeat(np.arange(len(first_ns)), counts)
     within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     columns = np.repeat(begin, counts) + within

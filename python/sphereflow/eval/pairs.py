@@ -38,8 +38,9 @@ def pose_pairs(
             steps = np.linalg.norm(np.diff(poses.position_m, axis=0), axis=1)
         else:
             # Integer nanoseconds add up exactly, so a step of 1 s is found at 1 s.
-            steps, delta = np.diff(poses.stamp_ns).astype(np.float64), round(delta * 1e9)
-        pairs = _nearest(steps, delta, tolerance * delta) if all_pairs else _greedy(steps, delta)
+            steps = np.diff(poses.stamp_ns).astype(np.float64)
+        length = float(round(delta * 1e9)) if delta_unit == "s" else delta
+        pairs = _nearest(steps, length, tolerance * length) if all_pairs else _greedy(steps, length)
     if len(pairs) == 0:
         raise sphereflow.DataError(
             f"no two of the {len(poses)} matched poses are {delta:g} {delta_unit} apart: "

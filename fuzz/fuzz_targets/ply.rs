@@ -1,0 +1,11 @@
+//! Fuzz target of the decoder `ply`.
+#![no_main]
+
+#[path = "../entries.rs"]
+mod entries;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    let folder = std::env::temp_dir().join(format!("sphereflow-fuzz-{}", std::process::id()));
+    let _ = std::fs::create_dir_all(&folder);
+    entries::run("ply", &folder, bytes);
+});
