@@ -6,7 +6,7 @@ use super::{
     TICKS_PER_SECOND, parse_fixed_parameters, parse_padding, parse_registration, parse_reply,
     parse_shift, start_colour, start_depth, start_infrared, stop_depth, stop_video,
 };
-use crate::clock::{ClockFit, ClockState, TickFaults, Ticks};
+use crate::clock::{ClockState, StreamClock, TickFaults};
 use crate::colour::{Order, YuvWeights, demosaic, rgb_from_yuv422};
 use crate::disparity::{DisparityModel, DisparityTable};
 use crate::registration::Registration;
@@ -44,12 +44,11 @@ pub struct CameraFrame {
     pub missing: Vec<std::ops::Range<usize>>,
 }
 
-/// A running stream. Each has a clock of its own: frames of two streams overtake each other.
+/// A running stream.
 struct Stream {
     endpoint: u8,
     assembler: FrameAssembler,
-    ticks: Ticks,
-    clock: ClockFit,
+    clock: StreamClock,
 }
 
 impl Stream {
@@ -57,15 +56,8 @@ impl Stream {
         Ok(Self {
             endpoint: endpoint_of(&mode),
             assembler: FrameAssembler::new(mode),
-            ticks: Ticks::new(TICKS_PER_SECOND)?,
-            clock: ClockFit::new(),
+            clock: StreamClock::new(TICKS_PER_SECOND)?,
         })
-    }
-
-    /// Host time of a frame; its arrival, where its ticks are missing or make no sense.
-    fn stamp(&mut self, ticks: Option<u32>, arrived: Stamp) -> Stamp {
-        let device_ns = ticks.and_then(|ticks| self.ticks.device_ns(ticks, arrived));
-        device_ns.map_or(arrived, |ns| self.clock.stamp(ns, arrived))
     }
 }
 
@@ -128,7 +120,7 @@ impl<L: UsbLink> Camera<L> {
 
     /// Steps and wraps of the device's clock, by the stream of a mode.
     pub fn tick_faults(&self, mode: &Mode) -> Option<TickFaults> {
-        self.stream(mode).map(|stream| stream.ticks.faults())
+        self.stream(mode).map(|stream| stream.clock.faults())
     }
 
     fn stream(&self, mode: &Mode) -> Option<&Stream> {
@@ -220,7 +212,7 @@ impl<L: UsbLink> Camera<L> {
                 let mut ended = Vec::new(); // a packet after a gap can end two
                 stream.assembler.push(bytes, |frame| ended.push(frame));
                 for frame in ended {
-                    let stamp = stream.stamp(frame.ticks, arrived);
+                    let stamp = stream.clock.stamp(frame.ticks, arrived);
                     let content = content(&frame, table);
                     let missing = frame.missing;
                     waiting.extend(content.map(|content| CameraFrame {
