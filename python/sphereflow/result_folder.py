@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import shutil
 import tempfile
@@ -31,8 +32,18 @@ class ResultFolder:
         self, out: str | Path, *, overwrite: bool = False, protect: Path | None = None
     ) -> None:
         self.out = Path(os.path.abspath(out))
-        _check(self.out, overwrite, protect)
+        self._overwrite = overwrite
+        self._protect = protect
+        self.check()
         self.path = self.out
+
+    def check(self) -> None:
+        """Raise where ``out`` holds something that must not be replaced.
+
+        Asked at the beginning, before any work, and again at the end: another run may have filled
+        the folder meanwhile.
+        """
+        _check(self.out, self._overwrite, self._protect)
 
     def __enter__(self) -> ResultFolder:
         """Make the temporary folder beside ``out``."""
@@ -51,12 +62,20 @@ class ResultFolder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Rename to ``out``, or remove everything where something went wrong."""
-        try:
-            if kind is None:
-                self._publish()
-        finally:
+        """Rename to ``out``, or remove everything where something went wrong.
+
+        Where ``out`` was filled meanwhile and may not be replaced, the work is not thrown away: it
+        stays in the temporary folder, which the error names.
+        """
+        if kind is not None:
             shutil.rmtree(self.path, ignore_errors=True)
+            return
+        try:
+            self._publish()
+        except (OSError, sphereflow.SphereflowError) as failure:
+            raise sphereflow.DataError(
+                f"{failure}; the finished result is in {self.path}"
+            ) from failure
 
     def inside(self, path: str | Path) -> Path:
         """Where to write ``path`` now: in the temporary folder if it is to be inside ``out``."""
@@ -67,8 +86,17 @@ class ResultFolder:
         return absolute
 
     def _publish(self) -> None:
-        if not self.out.exists():
+        self.check()
+        try:
+            # A rename replaces an empty folder, and fails on one that is not: no other run's result
+            # is lost between the check and this.
             self.path.rename(self.out)
+            return
+        except OSError:
+            if not (self._overwrite and self.out.is_dir()):
+                raise
+        if _exchange(self.path, self.out):
+            shutil.rmtree(self.path, ignore_errors=True)
             return
         before = Path(f"{self.path}.before")
         self.out.rename(before)
@@ -78,6 +106,23 @@ class ResultFolder:
             before.rename(self.out)
             raise
         shutil.rmtree(before)
+
+
+AT_FDCWD, RENAME_EXCHANGE = -100, 2
+"""Arguments of Linux's renameat2: relative to the working folder; both names change places."""
+
+
+def _exchange(first: Path, second: Path) -> bool:
+    """Give two folders each other's name in one step; False where the system cannot.
+
+    One step, so that a process that is killed never leaves nothing under the name.
+    """
+    try:
+        renameat2 = ctypes.CDLL(None, use_errno=True).renameat2
+    except (OSError, AttributeError):
+        return False
+    names = os.fsencode(first), os.fsencode(second)
+    return bool(renameat2(AT_FDCWD, names[0], AT_FDCWD, names[1], RENAME_EXCHANGE) == 0)
 
 
 def _check(out: Path, overwrite: bool, protect: Path | None) -> None:

@@ -188,12 +188,12 @@ def test_run_prints_both_errors_and_what_the_pose_graph_did(tmp_path, recording,
 
 
 @pytest.mark.usefixtures("recording")
-def test_run_options_reach_the_odometry(tmp_path, known_answers):
+def test_run_options_reach_the_engine(tmp_path, known_answers):
     known_answers.drift_m = 0.002
     options = ("--no-pose-graph", "--readout", 0.03, "--no-pictures")
     result = invoke("run", "data", "--out", tmp_path / "out", *options)
     assert result.exit_code == 0, result.stderr
-    assert known_answers.made[-1].readout_s == 0.03
+    assert known_answers.made[-1].calibration.readout_s == 0.03
     assert known_answers.made[-1].graph is None
     assert "none: not asked for" in result.output
     assert "30 ms (given)" in result.output
@@ -210,20 +210,16 @@ def test_run_with_an_impossible_readout_exits_2(tmp_path, readout):
     assert not out.exists()
 
 
-CALIBRATED = """
-readout_s = 0.01
-[depth_correction.relative]
-one = 0.02
-"""
-
-
 def test_run_and_info_take_a_calibration_with_readout_and_depth_correction(tmp_path):
     room, file = tmp_path / "room", tmp_path / "camera.toml"
     assert invoke("sim", "--out", room, "--duration", 0.4).exit_code == 0
-    own = (room / "calibration.toml").read_text()
-    head, parameters = own.split("[parameters]")
-    readout, correction = CALIBRATED.split("[", 1)
-    file.write_text(f"{head}{readout}[parameters]{parameters}\n[{correction}")
+    own = sphereflow.Calibration.read(room / "calibration.toml")
+    sphereflow.Calibration(
+        own.depth,
+        depth_scale=own.depth_scale,
+        readout_s=0.01,
+        depth_field={"relative": {"one": 0.02}},
+    ).write(file)
     told = invoke("info", room, "--calibration", file)
     assert told.exit_code == 0, told.stderr
     lines = [line.split() for line in told.output.splitlines()]

@@ -124,3 +124,10 @@ def flow_parts(z: Floats, v: Floats, w: Floats) -> tuple[Floats, Floats]:
         ]
     )
     return f, n * np.array([-v[0] + z[0] * v[2], -v[1] + z[1] * v[2]])
+
+
+def generator(alpha: Floats) -> Floats:
+    """The matrix of [omega, v] in the Lie algebra of SE(3)."""
+    out = np.zeros((4, 4))
+    out[:3, :3], out[:3, 3] = hat(alpha[:3]), alpha[3:]
+    return out

@@ -32,6 +32,14 @@ pub struct BrightnessPyramid {
 }
 
 impl BrightnessPyramid {
+    /// True where it is of the camera and the settings of these levels.
+    pub(crate) fn fits(&self, levels: &[Level]) -> bool {
+        let sizes = levels
+            .iter()
+            .map(|level| level.table.width * level.table.height);
+        self.levels.iter().map(Vec::len).eq(sizes)
+    }
+
     /// Averages an image over the blocks of all levels.
     ///
     /// # Errors

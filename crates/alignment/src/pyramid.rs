@@ -2,7 +2,6 @@
 
 use crate::Result;
 use crate::binning::{BlockRule, InverseDepth};
-use crate::brightness::BrightnessPyramid;
 use crate::config::Config;
 use crate::depth_image::DepthImage;
 use crate::pair_input::check_size;
@@ -145,15 +144,6 @@ impl LevelStack {
                 .into_iter()
                 .all(|(level, tables)| level.values.len() == blocks(tables));
         fits.then_some(finest)
-    }
-
-    /// True where the brightness is of this camera and these settings.
-    pub(crate) fn fits(&self, brightness: &BrightnessPyramid) -> bool {
-        let sizes = brightness.levels.iter().map(Vec::len);
-        sizes.eq(self
-            .levels
-            .iter()
-            .map(|level| level.table.width * level.table.height))
     }
 
     /// On the finest of several levels, where the images are warped by a good estimate, domains do

@@ -39,6 +39,11 @@ impl Warnings {
         }
     }
 
+    /// Take over all warnings of `other`.
+    pub(crate) fn extend(&mut self, other: &Warnings) {
+        self.0.extend(other.0.iter().cloned());
+    }
+
     /// Take over the warnings about the file `name`.
     pub(crate) fn append(&mut self, name: &str, part: Warnings) {
         self.0.extend(part.0.into_iter().map(|warning| Warning {

@@ -140,7 +140,8 @@ fn colour_without_depth_is_left_out_and_counted() {
     });
     let recording = open(&path);
     assert_eq!(recording.len(), FRAMES - 1);
-    let warning = &recording.warnings().as_slice()[0];
+    let warnings = recording.warnings();
+    let warning = &warnings.as_slice()[0];
     assert!(
         warning.text.contains("colour image without depth"),
         "{warning}"

@@ -19,7 +19,7 @@ fn contiguous<'py>(
     hint: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let numpy = value.py().import("numpy")?;
-    let array = numpy.call_method1("asarray", (value,))?;
+    let array = filled(&numpy.call_method1("asanyarray", (value,))?, name)?;
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     if !kinds.contains(&kind) {
         let found: String = array.getattr("dtype")?.str()?.extract()?;
@@ -31,6 +31,27 @@ fn contiguous<'py>(
     let options = PyDict::new(value.py());
     options.set_item("dtype", dtype)?;
     numpy.call_method("ascontiguousarray", (array,), Some(&options))
+}
+
+/// A masked array with NaN where it is masked; any other array as it is. Integers have no NaN: of
+/// them none may be masked.
+fn filled<'py>(array: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    let numpy = array.py().import("numpy")?;
+    let masked = numpy.getattr("ma")?;
+    if !array.is_instance(&masked.getattr("MaskedArray")?)? {
+        return numpy.call_method1("asarray", (array,));
+    }
+    let any: bool = masked.call_method1("is_masked", (array,))?.extract()?;
+    if !any {
+        return array.getattr("data");
+    }
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    if kind != "f" {
+        let expected = "no masked values where the values are integers";
+        let text = format!("{name}: expected {expected}, found a masked array");
+        return Err(exception(Kind::Value, text));
+    }
+    array.call_method1("filled", (f64::NAN,))
 }
 
 /// Checks a shape: `None` accepts any length on that axis.

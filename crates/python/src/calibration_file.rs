@@ -2,7 +2,7 @@
 
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
-use crate::pickle::{Reduced, reduced};
+use crate::reduce::{Reduced, reduced};
 use crate::trajectory::{pose_from, pose_matrix};
 use numpy::PyArray2;
 use pyo3::prelude::*;

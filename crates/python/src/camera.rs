@@ -2,8 +2,8 @@
 
 use crate::arrays::{floats, vectors3};
 use crate::errors::IntoPython;
-use crate::pickle::{Reduced, reduced};
 use crate::plain::Plain;
+use crate::reduce::{Reduced, reduced};
 use nalgebra::Vector2;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;

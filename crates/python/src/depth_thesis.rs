@@ -5,8 +5,8 @@ use crate::config::{DepthObserverConfig, FlowObserverConfig, keywords, settings}
 use crate::depth::{PyDepthResult, twist};
 use crate::errors::IntoPython;
 use crate::flow::{flow_from, grey, plane_array};
-use crate::pickle::{Reduced, reduced};
 use crate::plain::{dict_of, item};
+use crate::reduce::{Reduced, reduced};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -1,8 +1,8 @@
 //! `Frame` and the iterator over frames decoded ahead.
 
 use crate::errors::IntoPython;
-use crate::pickle::{Reduced, reduced};
 use crate::plain::{dict_of, item};
+use crate::reduce::{Reduced, reduced};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

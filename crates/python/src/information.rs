@@ -3,8 +3,8 @@
 use crate::camera::PyCamera;
 use crate::errors::{IntoPython, Kind, exception};
 use crate::motion_arguments::{Image, matrix6};
-use crate::pickle::{Reduced, reduced};
 use crate::plain::Plain;
+use crate::reduce::{Reduced, reduced};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use sphereflow_alignment::{Information, direction_name, information};

@@ -25,6 +25,7 @@ mod plain;
 mod position;
 mod range_flow;
 mod recording;
+mod reduce;
 mod self_calibration;
 mod sim;
 mod simulated_frame;

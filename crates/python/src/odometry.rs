@@ -6,8 +6,8 @@ use crate::errors::{IntoPython, Kind, exception};
 use crate::motion_arguments::{
     Image, deviation, matrix6, reason, vector3, vector3_of, with_keywords,
 };
-use crate::pickle::{Reduced, reduced};
 use crate::plain::{Plain, reason_values};
+use crate::reduce::{Reduced, reduced};
 use crate::trajectory::pose_matrix;
 use nalgebra::{Matrix6, Vector3};
 use numpy::{PyArray1, PyArray2};

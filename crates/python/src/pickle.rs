@@ -1,4 +1,4 @@
-//! Pickle and copy: `__reduce__` of a class names it and gives its plain values, `_restore` reads them.
+//! Pickle and copy: objects from the plain values that their `__reduce__` gave.
 
 use crate::attitude::{PyAttitudeRun, PyAttitudeState};
 use crate::calibration_file::PyCalibration;
@@ -19,21 +19,6 @@ use crate::trajectory::PyTrajectory;
 use crate::update::PyUpdate;
 use crate::velocity::PyVelocityEstimate;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
-
-/// What `__reduce__` returns: `_restore` and its two arguments.
-pub type Reduced<'py> = (Bound<'py, PyAny>, Bound<'py, PyTuple>);
-
-/// The `__reduce__` of an object of `class` whose plain values are `state`.
-pub fn reduced<'py>(
-    py: Python<'py>,
-    class: &str,
-    state: Bound<'py, PyAny>,
-) -> PyResult<Reduced<'py>> {
-    let restore = py.import("sphereflow._native")?.getattr("_restore")?;
-    let arguments = [class.to_string().to_plain(py)?, state];
-    Ok((restore, PyTuple::new(py, arguments)?))
-}
 
 /// The object of a class from its state: what pickles call. Private.
 #[pyfunction]

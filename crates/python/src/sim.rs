@@ -12,6 +12,7 @@ use pyo3::types::PyDict;
 use sphereflow_sim::noise::{ImageNoiseParameters, KinectParameters};
 use sphereflow_sim::{DepthNoiseParameters, Error, MagConfig, Motion, Scene, SimConfig, Simulator};
 use sphereflow_sphere::Camera;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex};
@@ -289,15 +290,24 @@ impl PySimulator {
     }
 
     /// Write a recording to the folder `path`; `progress(frames_done, frames_total)` is called
-    /// after each frame.
+    /// after each frame. Ctrl-C, and an exception of `progress`, end it and leave nothing.
     #[pyo3(signature = (path, *, progress = None))]
     fn write(&self, py: Python<'_>, path: PathBuf, progress: Option<Py<PyAny>>) -> PyResult<()> {
         let total = self.simulator.len();
         let mut failed = None;
         let tell = |done: usize| {
-            let Some(progress) = &progress else { return };
-            if let Err(error) = Python::attach(|py| progress.call1(py, (done, total))) {
-                failed.get_or_insert(error);
+            let told = Python::attach(|py| {
+                py.check_signals()?;
+                progress.as_ref().map_or(Ok(()), |progress| {
+                    progress.call1(py, (done, total)).map(|_| ())
+                })
+            });
+            match told {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(error) => {
+                    failed = Some(error);
+                    ControlFlow::Break(())
+                }
             }
         };
         py.detach(|| self.simulator.write_with(&path, tell))

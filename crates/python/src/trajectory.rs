@@ -7,8 +7,8 @@ pub use pairs::py_associate;
 
 use crate::arrays::{floats, stamps};
 use crate::errors::{IntoPython, Kind, exception};
-use crate::pickle::{Reduced, reduced};
 use crate::plain::Plain;
+use crate::reduce::{Reduced, reduced};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;

@@ -1,8 +1,8 @@
 //! `Update`: what the engine says of a frame.
 
 use crate::motion_arguments::{matrix6, reason, vector3};
-use crate::pickle::{Reduced, reduced};
 use crate::plain::{Plain, plain_struct, reason_values};
+use crate::reduce::{Reduced, reduced};
 use crate::trajectory::pose_matrix;
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2};

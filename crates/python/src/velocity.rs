@@ -7,9 +7,9 @@ use crate::errors::{IntoPython, Kind, exception};
 use crate::motion_arguments::{
     Image, deviation, matrix6, reason, vector3, vector3_of, with_keywords,
 };
-use crate::pickle::{Reduced, reduced};
 use crate::plain::Plain;
 use crate::plain::reason_values;
+use crate::reduce::{Reduced, reduced};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;

@@ -6,7 +6,7 @@ import typer
 
 from sphereflow.cli import options
 from sphereflow.cli.console import user_errors
-from sphereflow.cli.files import read_trajectory
+from sphereflow.cli.files import read_pair
 from sphereflow.eval import ape as absolute_error
 
 EXAMPLES = """[bold]Examples[/bold]
@@ -39,8 +39,7 @@ def ape(
 ) -> None:
     """Absolute pose error (ATE): how far each pose is from the truth, by evo's definition."""
     error = absolute_error(
-        read_trajectory(ref),
-        read_trajectory(est),
+        *read_pair(ref, est),
         align=options.alignment_name(align, correct_scale, align_origin),
         relation=options.RELATIONS[pose_relation],
         max_difference_s=t_max_diff,

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from sphereflow.cli.console import progress_bar, stage_bars, user_errors
+from sphereflow.cli.options import JsonFlag
 from sphereflow.cli.outcome import finish
 from sphereflow.cli.run import STAGES
 from sphereflow.pipeline import run as run_pipeline
@@ -49,6 +50,7 @@ def demo(
     min_coverage: Annotated[
         float, typer.Option(help="Share of frames that must have a pose for exit status 0.")
     ] = 0.9,
+    as_json: JsonFlag = False,
 ) -> None:
     """Simulate a depth camera in a room, track it, and compare with the exact truth.
 
@@ -73,4 +75,4 @@ def demo(
     if keep_recording:
         with progress_bar("writing") as progress:
             recording.write(result.folder / "recording", progress=progress)
-    finish(result, min_coverage)
+    finish(result, min_coverage, as_json=as_json)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from sphereflow.cli.console import FAILED, print_rows, progress_bar, stop, user_errors
+from sphereflow.cli.console import FAILED, print_json, print_rows, progress_bar, stop, user_errors
 from sphereflow.cli.files import read_trajectory
+from sphereflow.cli.options import JsonFlag
 
 EXAMPLES = """[bold]Examples[/bold]
 
@@ -53,6 +54,7 @@ def depth(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an earlier result in the folder.")
     ] = False,
+    as_json: JsonFlag = False,
 ) -> None:
     """Measure depth everywhere in the images of a camera whose poses are known.
 
@@ -77,6 +79,15 @@ def depth(
             overwrite=overwrite,
             progress=progress,
         )
+    if as_json:
+        print_json(result | {"result": str(out)})
+    else:
+        print_rows(_rows(result, out))
+    if not result["statuses"].get("updated"):
+        raise stop("depth was measured in no frame", f"look at {out / 'report.json'}", FAILED)
+
+
+def _rows(result: dict[str, Any], out: Path) -> list[tuple[str, str]]:
     rows = [
         ("frames", f"{result['frames']}, {result['without_pose']} without a pose"),
         ("status", ", ".join(f"{n} {name}" for name, n in result["statuses"].items())),
@@ -98,6 +109,4 @@ def depth(
         text += f"{claim['median_percent']:.2f} %, normalised {claim['normalised']:.2f}"
         rows.append((limits, text))
     rows.append(("result", str(out)))
-    print_rows(rows)
-    if not result["statuses"].get("updated"):
-        raise stop("depth was measured in no frame", f"look at {out / 'report.json'}", FAILED)
+    return rows

@@ -4,13 +4,30 @@ from __future__ import annotations
 
 from typing import Any
 
-from sphereflow.cli.console import FAILED, print_rows, stop
+from sphereflow.cli.console import FAILED, print_json, print_rows, stop
 from sphereflow.pipeline import RunResult
 from sphereflow.report import BUSY_STAGES
 
 
-def finish(result: RunResult, min_coverage: float) -> None:
-    """Print the summary of a run; exit with status 1 where coverage is too low."""
+def finish(result: RunResult, min_coverage: float, *, as_json: bool = False) -> None:
+    """Print the summary of a run, or its report; exit with status 1 where coverage is too low."""
+    report = result.report
+    if as_json:
+        print_json(report | {"result": str(result.folder)})
+    else:
+        print_rows(_summary(result))
+    if not result.covered:
+        outcomes = report["outcomes"]
+        lost = [r["first"] for o in outcomes.values() for r in o["reasons"]]
+        why = f"; first reason: {lost[0]}" if lost else ""
+        raise stop(
+            f"coverage {result.coverage:.3f} is below {min_coverage:g}{why}",
+            f"look at {result.folder / 'report.json'}, or lower --min-coverage",
+            FAILED,
+        )
+
+
+def _summary(result: RunResult) -> list[tuple[str, str]]:
     report = result.report
     outcomes = report["outcomes"]
     counts = ", ".join(f"{o['frames']} {name}" for name, o in outcomes.items() if o["frames"])
@@ -30,15 +47,7 @@ def finish(result: RunResult, min_coverage: float) -> None:
     rows += _errors(report)
     rows += [("warning", text) for text in report["warnings"]["texts"]]
     rows.append(("result", str(result.folder)))
-    print_rows(rows)
-    if not result.covered:
-        lost = [r["first"] for o in outcomes.values() for r in o["reasons"]]
-        why = f"; first reason: {lost[0]}" if lost else ""
-        raise stop(
-            f"coverage {result.coverage:.3f} is below {min_coverage:g}{why}",
-            f"look at {result.folder / 'report.json'}, or lower --min-coverage",
-            FAILED,
-        )
+    return rows
 
 
 def _stages(report: dict[str, Any]) -> str:

@@ -9,7 +9,7 @@ import typer
 
 from sphereflow.cli import options
 from sphereflow.cli.console import user_errors
-from sphereflow.cli.files import read_trajectory
+from sphereflow.cli.files import read_pair
 from sphereflow.eval import rpe as relative_error
 from sphereflow.eval.pairs import DeltaUnit
 
@@ -88,8 +88,7 @@ def rpe(
 ) -> None:
     """Relative pose error (RPE): how much motion over a step is wrong, by evo's definition."""
     error = relative_error(
-        read_trajectory(ref),
-        read_trajectory(est),
+        *read_pair(ref, est),
         delta=delta,
         delta_unit=UNITS[delta_unit],
         relation=options.RELATIONS[pose_relation],

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sphereflow.cli.console import stage_bars, user_errors
-from sphereflow.cli.options import World
+from sphereflow.cli.options import JsonFlag, World
 from sphereflow.cli.outcome import finish
 from sphereflow.config import EngineConfig
 from sphereflow.pipeline import run as run_pipeline
@@ -97,6 +97,7 @@ def run(
     voxel: Annotated[
         float | None, typer.Option(help="Cell size of the map in metres (0.02).")
     ] = None,
+    as_json: JsonFlag = False,
 ) -> None:
     """Track a recording: trajectory, map, report and pictures into one folder.
 
@@ -123,4 +124,4 @@ def run(
             voxel_m=voxel,
             progress=progress,
         )
-    finish(result, min_coverage)
+    finish(result, min_coverage, as_json=as_json)

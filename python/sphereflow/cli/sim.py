@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from sphereflow.cli.console import print_rows, progress_bar, user_errors
+from sphereflow.cli.console import print_json, print_rows, progress_bar, user_errors
+from sphereflow.cli.options import JsonFlag
 
 EXAMPLES = """[bold]Examples[/bold]
 
@@ -71,6 +72,7 @@ def sim(
         float, typer.Option(help="Rolling shutter: seconds from first to last row; 0 for none.")
     ] = 0.0,
     mag: Annotated[bool, typer.Option(help="Also a magnetometer, in a room with iron.")] = False,
+    as_json: JsonFlag = False,
 ) -> None:
     """Simulate a depth camera and its inertial sensors in a room, and write the recording.
 
@@ -92,4 +94,7 @@ def sim(
     )
     with progress_bar("simulating") as progress:
         recording.write(out, progress=progress)
-    print_rows([("frames", str(len(recording))), ("recording", str(out))])
+    if as_json:
+        print_json({"frames": len(recording), "recording": str(out)})
+    else:
+        print_rows([("frames", str(len(recording))), ("recording", str(out))])

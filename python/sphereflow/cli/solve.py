@@ -119,6 +119,8 @@ def pgo(
     """Optimise a pose graph."""
     _check_folder(out)
     graph = PoseGraph.read(file)
+    for what in graph.warnings:
+        typer.echo(f"warning: {file}: {what}", err=True)
     result = graph.solve(
         switch=SWITCHES[switch],
         threshold=threshold,

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 
 import sphereflow
-from sphereflow.cli.console import print_rows, user_errors
+from sphereflow.cli.console import print_json, print_rows, user_errors
 from sphereflow.cli.files import FORMATS, Format, read_trajectory
+from sphereflow.cli.options import JsonFlag
 from sphereflow.report import path_length_m, timing_of_stamps
 
 EXAMPLES = """[bold]Examples[/bold]
@@ -47,6 +48,7 @@ def traj(
     plot: Annotated[
         Path | None, typer.Option("-p", "--plot", help="Draw all of them into this PNG file.")
     ] = None,
+    as_json: JsonFlag = False,
 ) -> None:
     """Print what trajectory files hold, convert one, or draw several."""
     targets = {Format.TUM: save_as_tum, Format.KITTI: save_as_kitti, Format.EUROC: save_as_euroc}
@@ -54,17 +56,33 @@ def traj(
     if wanted and len(files) != 1:
         raise typer.BadParameter(f"one file can be converted at a time, {len(files)} were given")
     read = {path: read_trajectory(path, file_format) for path in files}
-    for path, trajectory in read.items():
-        typer.echo(str(path))
-        print_rows(_rows(trajectory))
+    written = [*wanted.values()] + ([] if plot is None else [plot])
     for name, target in wanted.items():
         read[files[0]].write(target, format=FORMATS[name])
-        typer.echo(f"wrote {target}")
     if plot is not None:
         from sphereflow.plots import draw_trajectories
 
         draw_trajectories(plot, {str(path): np.asarray(t.position_m) for path, t in read.items()})
-        typer.echo(f"wrote {plot}")
+    if as_json:
+        found = {str(path): _values(trajectory) for path, trajectory in read.items()}
+        print_json({"trajectories": found, "written": [str(path) for path in written]})
+        return
+    for path, trajectory in read.items():
+        typer.echo(str(path))
+        print_rows(_rows(trajectory))
+    for target in written:
+        typer.echo(f"wrote {target}")
+
+
+def _values(trajectory: sphereflow.Trajectory) -> dict[str, Any]:
+    position_m = np.asarray(trajectory.position_m)
+    extent = np.ptp(position_m, axis=0).tolist() if len(trajectory) else None
+    return {
+        "poses": len(trajectory),
+        "path_length_m": path_length_m(position_m),
+        "extent_m": extent,
+        "timing": timing_of_stamps(trajectory.stamp_ns),
+    }
 
 
 def _rows(trajectory: sphereflow.Trajectory) -> list[tuple[str, str]]:

@@ -9,7 +9,8 @@ from typing import Annotated
 import typer
 
 import sphereflow
-from sphereflow.cli.console import FAILED, stop, user_errors
+from sphereflow.cli.console import FAILED, print_json, stop, user_errors
+from sphereflow.cli.options import JsonFlag
 
 EXAMPLES = """[bold]Examples[/bold]
 
@@ -34,6 +35,7 @@ def view(
         Path | None, typer.Option(help="Write the .rrd file here and open no window.")
     ] = None,
     max_frames: Annotated[int, typer.Option(help="Frames of a recording to show.")] = 300,
+    as_json: JsonFlag = False,
 ) -> None:
     """Show a result or a recording in the rerun viewer (a window; --save needs none)."""
     from sphereflow import viz
@@ -42,7 +44,10 @@ def view(
         raise sphereflow.DataError(f"{target}: no such file or folder")
     if save is not None:
         _record(target, save, max_frames)
-        typer.echo(f"wrote {save}")
+        if as_json:
+            print_json({"written": str(save)})
+        else:
+            typer.echo(f"wrote {save}")
         return
     with tempfile.TemporaryDirectory(prefix="sphereflow-view-") as folder:
         ready = _ready(target)

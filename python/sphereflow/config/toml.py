@@ -12,12 +12,9 @@ import textwrap
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sphereflow.errors import DataError, FileAccessError, MissingFileError
-
-if TYPE_CHECKING:
-    from sphereflow.config.base import Config
 
 WIDTH = 98
 """Columns of a comment."""
@@ -62,7 +59,7 @@ def write(path: str | Path, text: str) -> None:
         raise FileAccessError(f"{path}: {error.strerror}") from error
 
 
-def text_of(config: Config, *, comments: bool) -> str:
+def text_of(config: Any, *, comments: bool) -> str:
     """A config, its own settings first, then a table for each config in it."""
     lines = list(_table(config, "", comments=comments))
     return "\n".join(lines).strip("\n") + "\n"
@@ -83,14 +80,12 @@ def value_text(value: Any) -> str:
     return str(value)
 
 
-def _table(config: Config, path: str, *, comments: bool) -> Iterator[str]:
-    from sphereflow.config.base import Config
-
+def _table(config: Any, path: str, *, comments: bool) -> Iterator[str]:
     meanings = meanings_of(type(config)) if comments else {}
     inner = []
     for field in dataclasses.fields(config):
         value = getattr(config, field.name)
-        if isinstance(value, Config):
+        if dataclasses.is_dataclass(value):
             inner.append((field.name, value))
             continue
         if comments:
@@ -112,7 +107,7 @@ def _comment(text: str) -> list[str]:
     return [f"# {line}" for line in textwrap.wrap(text, WIDTH)]
 
 
-def meanings_of(kind: type[Config]) -> dict[str, str]:
+def meanings_of(kind: type[Any]) -> dict[str, str]:
     """What each setting means: the Parameters section of the class's docstring."""
     meanings: dict[str, str] = {}
     _, _, section = (inspect.getdoc(kind) or "").partition("Parameters\n----------\n")

@@ -198,7 +198,7 @@ impl Aligner {
         priors: &Priors<'_>,
     ) -> Option<usize> {
         if let Some((first, second)) = priors.brightness {
-            let fits = self.stack.fits(first) && self.stack.fits(second);
+            let fits = first.fits(&self.stack.levels) && second.fits(&self.stack.levels);
             if !fits {
                 return None;
             }

@@ -1,6 +1,6 @@
 //! Calibration files of schema 1: the depth camera's entries at the top, older names.
 
-use super::document::{Document, Fields, Transform};
+use super::layout::{Document, Fields, SCHEMA, Transform};
 use super::{CameraEntry, ImuNoise};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ impl FirstDocument {
     /// The same content in today's layout.
     pub(super) fn migrated(self) -> Document {
         Document {
-            schema: super::document::SCHEMA,
+            schema: SCHEMA,
             depth_scale: self.depth_scale,
             readout_s: self.readout_s,
             colour_offset_s: None,

@@ -49,6 +49,7 @@
 
 mod camera;
 mod document;
+mod layout;
 mod migration;
 mod published;
 

@@ -2,7 +2,8 @@
 //! extension when writing.
 
 use super::pgm;
-use crate::{Error, Result, beside};
+use crate::rows::read_bytes;
+use crate::{Error, Result, beside, packed};
 use image::codecs::{jpeg::JpegEncoder, png};
 use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader};
 use sphereflow_core::Plane;
@@ -42,13 +43,15 @@ impl Image {
     }
 }
 
-/// Read a PNG (8-bit grey or RGB, 16-bit grey; alpha is dropped), JPEG or binary PGM.
+/// Read a PNG (8-bit grey or RGB, 16-bit grey; alpha is dropped, of 16-bit RGB the high bytes are
+/// kept), JPEG or binary PGM.
 ///
 /// # Errors
 /// [`Error::System`] where the file cannot be read, [`Error::Content`] where it is no such image,
 /// is truncated or corrupt.
 pub fn read_image(path: &Path) -> Result<Image> {
-    let bytes = std::fs::read(path).map_err(Error::system(path, "read"))?;
+    let bytes = read_bytes(path)?;
+    packed::refuse(path, &bytes, "a PNG, JPEG or binary PGM image")?;
     if bytes.starts_with(b"P5") {
         return pgm::decode(path, &bytes);
     }
@@ -99,7 +102,11 @@ fn planes(path: &Path, decoded: DynamicImage) -> Result<Image> {
         DynamicImage::ImageLuma16(image) => {
             Image::Grey16(Plane::from_vec(width, height, image.into_raw())?)
         }
-        DynamicImage::ImageLumaA8(_) | DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_) => {
+        DynamicImage::ImageLumaA8(_)
+        | DynamicImage::ImageRgb8(_)
+        | DynamicImage::ImageRgba8(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_) => {
             let bytes = decoded.into_rgb8().into_raw();
             Image::Rgb8(Plane::from_vec(
                 width,
@@ -118,15 +125,15 @@ fn planes(path: &Path, decoded: DynamicImage) -> Result<Image> {
     })
 }
 
-/// Read a colour image; grey becomes equal red, green and blue.
+/// Read a colour image; grey becomes equal red, green and blue, of 16 bits the high 8 are kept.
 ///
 /// # Errors
-/// As [`read_image`]; [`Error::Content`] where the image has 16 bits.
+/// As [`read_image`].
 pub fn read_colour(path: &Path) -> Result<Plane<[u8; 3]>> {
     match read_image(path)? {
         Image::Rgb8(plane) => Ok(plane),
         Image::Grey8(plane) => Ok(plane.map(|&grey| [grey; 3])),
-        other => Err(Error::content(path, "an 8-bit image", other.kind())),
+        Image::Grey16(plane) => Ok(plane.map(|&grey| [(grey >> 8) as u8; 3])),
     }
 }
 

@@ -2,11 +2,14 @@
 //!
 //! `VERTEX_SE3:QUAT id x y z qx qy qz qw`, `EDGE_SE3:QUAT from to x y z qx qy qz qw` with the upper
 //! triangle of the information by rows, and `FIX id`. The file's order is translation, rotation; the
-//! information of the rotation is taken for the rotation vector, as GTSAM takes it.
+//! information of the rotation is taken for the rotation vector, as GTSAM takes it. Points
+//! (`VERTEX_TRACKXYZ`, `EDGE_SE3_TRACKXYZ`, `PARAMS_SE3OFFSET`) do not move poses and follow them;
+//! priors (`EDGE_SE3_PRIOR`) and other parameters are kept in the file and not used.
 
+use super::landmarks::Landmarks;
 use crate::beside::write_file;
 use crate::rows::{Row, read_text, rows};
-use crate::{Error, Result};
+use crate::{Error, Result, Warnings};
 use nalgebra::Matrix6;
 use sphereflow_core::Pose;
 use sphereflow_solver::graph::{EdgeKind, PoseGraph};
@@ -23,6 +26,11 @@ pub struct PoseGraphFile {
     pub ids: Vec<u64>,
     /// The edges as they stand in the file, then what it fixes.
     edges: Vec<String>,
+    /// Parameters, which come first in a file.
+    parameters: Vec<String>,
+    landmarks: Landmarks,
+    /// What the file holds that does not act on the poses.
+    warnings: Warnings,
 }
 
 /// Read a pose graph.
@@ -33,6 +41,9 @@ pub fn read_g2o(path: &Path) -> Result<PoseGraphFile> {
     let text = read_text(path)?;
     let mut vertices = BTreeMap::new();
     let (mut edges, mut fixed) = (Vec::new(), Vec::new());
+    let (mut lines, mut parameters) = (Vec::new(), Vec::new());
+    let mut landmarks = Landmarks::default();
+    let mut warnings = Warnings::default();
     for row in rows(path, &text) {
         match row.text(0) {
             "VERTEX_SE3:QUAT" => {
@@ -48,6 +59,22 @@ pub fn read_g2o(path: &Path) -> Result<PoseGraphFile> {
             "FIX" => {
                 row.expect_columns(2, "tag, id")?;
                 fixed.push(row);
+            }
+            tag if tag.starts_with("PARAMS_") => {
+                landmarks.take(&row)?;
+                parameters.push(row.fields.join(" "));
+            }
+            "VERTEX_TRACKXYZ" => {
+                landmarks.take(&row)?;
+            }
+            "EDGE_SE3_TRACKXYZ" => {
+                landmarks.take(&row)?;
+                lines.push(row.fields.join(" "));
+                warnings.add("measured points do not act on the poses", || line_of(&row));
+            }
+            "EDGE_SE3_PRIOR" => {
+                lines.push(row.fields.join(" "));
+                warnings.add("priors are kept and not used", || line_of(&row));
             }
             other => {
                 let expected = "VERTEX_SE3:QUAT, EDGE_SE3:QUAT or FIX (2-D graphs are not read)";
@@ -67,7 +94,6 @@ pub fn read_g2o(path: &Path) -> Result<PoseGraphFile> {
             .add_node(pose)
             .map_err(|error| Error::content(path, "poses", error))?;
     }
-    let mut lines = Vec::new();
     for row in &edges {
         let (from, to) = (index(row, 1)?, index(row, 2)?);
         let kind = if from.abs_diff(to) == 1 {
@@ -91,16 +117,38 @@ pub fn read_g2o(path: &Path) -> Result<PoseGraphFile> {
         graph,
         ids,
         edges: lines,
+        parameters,
+        landmarks,
+        warnings,
     })
 }
 
+fn line_of(row: &Row<'_>) -> String {
+    format!("line {}: {}", row.line, row.text(0))
+}
+
 impl PoseGraphFile {
+    /// What the file holds that does not act on the poses, counted.
+    pub fn warnings(&self) -> &Warnings {
+        &self.warnings
+    }
+
     /// Write the graph with its nodes where they are now.
     ///
     /// # Errors
     /// Where the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
+        let nodes = self.graph.nodes();
+        let pose_of = |id| Some(nodes[self.ids.binary_search(&id).ok()?]);
+        let points = self.landmarks.placed(pose_of);
         write_file(path, |file| {
+            for line in &self.parameters {
+                writeln!(file, "{line}").map_err(Error::system(path, "write"))?;
+            }
+            for (id, p) in &points {
+                writeln!(file, "VERTEX_TRACKXYZ {id} {} {} {}", p.x, p.y, p.z)
+                    .map_err(Error::system(path, "write"))?;
+            }
             for (id, node) in self.ids.iter().zip(self.graph.nodes()) {
                 let (t, [x, y, z, w]) = (node.translation, node.quat_xyzw());
                 let line = format!("{} {} {} {x} {y} {z} {w}", t.x, t.y, t.z);
@@ -150,13 +198,13 @@ pub fn write_g2o(
     })
 }
 
-fn id(row: &Row<'_>, column: usize) -> Result<u64> {
+pub(super) fn id(row: &Row<'_>, column: usize) -> Result<u64> {
     let text = row.text(column);
     text.parse()
         .map_err(|_| row.error("an id (an integer)", format!("`{text}`")))
 }
 
-fn pose(row: &Row<'_>, column: usize) -> Result<Pose> {
+pub(super) fn pose(row: &Row<'_>, column: usize) -> Result<Pose> {
     let [x, y, z, qx, qy, qz, qw] = row.numbers(column)?;
     Pose::from_parts([x, y, z], [qx, qy, qz, qw]).map_err(|error| row.error("a pose", error))
 }

@@ -3,14 +3,15 @@
 mod bal;
 mod bundler;
 mod g2o;
+mod landmarks;
 mod libmv;
 mod snavely;
 mod tokens;
 
 pub use g2o::{PoseGraphFile, read_g2o, write_g2o};
 
-use crate::rows::read_text;
-use crate::{Error, Result};
+use crate::Result;
+use crate::rows::{read_bytes, read_text};
 use sphereflow_solver::bundle::BundleProblem;
 use std::path::Path;
 
@@ -42,7 +43,8 @@ pub struct BundleFile {
 /// # Errors
 /// Where the file cannot be read or is none of these, naming the line where there are lines.
 pub fn read_bundle(path: &Path) -> Result<BundleFile> {
-    let bytes = std::fs::read(path).map_err(Error::system(path, "read"))?;
+    let bytes = read_bytes(path)?;
+    crate::packed::refuse(path, &bytes, "a bundle adjustment problem")?;
     if matches!(bytes.first(), Some(b'v' | b'V')) {
         let (problem, names) = libmv::read(path, &bytes)?;
         let format = BundleFormat::Libmv;

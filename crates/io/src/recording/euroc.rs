@@ -58,6 +58,7 @@ pub(super) fn open(path: &Path, files: &Files) -> Result<Contents> {
         gravity_in_world: Some(Vector3::new(0.0, 0.0, -STANDARD_GRAVITY_M_S2)),
         sync: None,
         warnings,
+        colour_warnings: std::sync::Mutex::default(),
         notes: vec![
             "inertial samples and truth only: the stereo images have no depth".into(),
             "truth is world from body; the body is the IMU; the world's z is up".into(),

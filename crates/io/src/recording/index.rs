@@ -1,6 +1,7 @@
 //! The lists `rgb.txt` and `depth.txt`: a stamp and a file name a row.
 
 use crate::rows::{read_text, rows};
+use crate::times::{self, Unit};
 use crate::{Result, Warnings};
 use sphereflow_core::Stamp;
 use std::path::{Path, PathBuf};
@@ -16,10 +17,13 @@ pub(super) struct Listed {
 pub(super) fn read(folder: &Path, name: &str, warnings: &mut Warnings) -> Result<Vec<Listed>> {
     let path = folder.join(name);
     let text = read_text(&path)?;
+    let mut guesses = Warnings::default();
+    let unit = times::unit(&path, &text, 0, Unit::Seconds, &mut guesses);
+    warnings.append(name, guesses);
     let mut listed: Vec<Listed> = Vec::new();
     for row in rows(&path, &text) {
         row.expect_columns(2, "timestamp filename")?;
-        let stamp = row.stamp_seconds(0)?;
+        let stamp = row.stamp(0, unit)?;
         if let Some(last) = listed.last()
             && stamp <= last.stamp
         {

@@ -3,6 +3,7 @@
 //! [`open_recording`] reads the index, the truth and the inertial samples, and checks them; images
 //! are decoded when asked for ([`Recording::frame`]) or ahead of time ([`Recording::stream`]).
 
+mod association;
 mod calibrate;
 mod euroc;
 mod index;
@@ -22,11 +23,13 @@ pub use sync::SyncStatistics;
 use crate::images::{depth_from_raw, range_from_raw, read_colour, read_raw_depth};
 use crate::{CalibrationFile, Error, Result, Warnings};
 use nalgebra::Vector3;
-use sphereflow_core::{Error as CoreError, ImuSample, MagSample, RgbdFrame, Stamp, Trajectory};
+use sphereflow_core::{
+    Error as CoreError, ImuSample, MagSample, Plane, RgbdFrame, Stamp, Trajectory,
+};
 use sphereflow_sphere::{Camera, DepthCorrector};
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What kind of folder a recording is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,6 +85,8 @@ struct Contents {
     gravity_in_world: Option<Vector3<f64>>,
     sync: Option<SyncStatistics>,
     warnings: Warnings,
+    /// What is found when colour images are decoded.
+    colour_warnings: Mutex<Warnings>,
     notes: Vec<String>,
 }
 
@@ -202,9 +207,65 @@ impl Recording {
         self.0.sync.as_ref()
     }
 
-    /// What was left out or looks wrong, counted.
-    pub fn warnings(&self) -> &Warnings {
-        &self.0.warnings
+    /// What was left out or looks wrong, counted; what is found when frames are read comes last.
+    pub fn warnings(&self) -> Warnings {
+        let mut all = self.0.warnings.clone();
+        all.extend(
+            &self
+                .0
+                .colour_warnings
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner),
+        );
+        all
+    }
+
+    /// Says what becomes of the colour images, by the first.
+    fn look_at_colour(&self) {
+        let first = self
+            .0
+            .files
+            .iter()
+            .find_map(|files| files.colour.as_deref());
+        if let (Some(path), Some(camera)) = (first, self.camera()) {
+            self.colour_of(path, (camera.width(), camera.height()));
+        }
+    }
+
+    /// The colour image at the size of the depth image, or none, with a warning: depth needs no
+    /// colour.
+    fn colour_of(&self, path: &Path, size: (usize, usize)) -> Option<Plane<[u8; 3]>> {
+        let warn = |text: &str, first: String| {
+            let lock = self.0.colour_warnings.lock();
+            let mut warnings = lock.unwrap_or_else(PoisonError::into_inner);
+            warnings.add(text, || first);
+        };
+        let read = match read_colour(path) {
+            Ok(read) => read,
+            Err(error) => {
+                warn(
+                    "colour image left out: it cannot be read",
+                    error.to_string(),
+                );
+                return None;
+            }
+        };
+        if read.size() == size {
+            return Some(read);
+        }
+        let (width, height) = read.size();
+        let found = format!(
+            "{}: {width}x{height} pixels, depth {}x{}",
+            path.display(),
+            size.0,
+            size.1
+        );
+        if width * size.1 != height * size.0 {
+            warn("colour left out: its shape is not that of depth", found);
+            return None;
+        }
+        warn("colour resampled to the size of depth", found);
+        resampled(&read, size)
     }
 
     /// What one should know that is not wrong (nominal stamps, frames of the truth, ...).
@@ -217,7 +278,8 @@ impl Recording {
     ///
     /// # Errors
     /// [`Error::Core`] where `index` is not below [`Recording::len`]; [`Error::Content`] naming
-    /// the image that is corrupt or of another size than the camera's.
+    /// the depth image that is corrupt or of another size than the camera's. Colour that cannot be
+    /// used is left out, with a warning.
     pub fn frame(&self, index: usize) -> Result<RgbdFrame> {
         let inside = self.0.files.get(index).zip(self.0.stamps.get(index));
         let (Some((files, &stamp)), Some(known)) = (inside, &self.0.calibrated) else {
@@ -227,10 +289,8 @@ impl Recording {
         let raw = read_raw_depth(&files.depth)?;
         let size = (known.camera.width(), known.camera.height());
         check_size(&files.depth, size, raw.size())?;
-        let colour = files.colour.as_deref().map(read_colour).transpose()?;
-        if let (Some(colour), Some(path)) = (&colour, &files.colour) {
-            check_size(path, size, colour.size())?;
-        }
+        let colour = files.colour.as_deref();
+        let colour = colour.and_then(|path| self.colour_of(path, size));
         let scale = known.calibration.depth_scale;
         let (depth, range) = if known.camera.wraps_around() {
             (None, Some(range_from_raw(&raw, scale)?))
@@ -253,6 +313,18 @@ impl Recording {
             ..RgbdFrame::default()
         })
     }
+}
+
+/// The image at another size of the same shape: the nearest pixel of each.
+fn resampled(image: &Plane<[u8; 3]>, size: (usize, usize)) -> Option<Plane<[u8; 3]>> {
+    let (width, height) = image.size();
+    let nearest = |k: usize, to: usize, from: usize| ((2 * k + 1) * from / (2 * to)).min(from - 1);
+    let pixels = (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y)));
+    let pixels = pixels.map(|(x, y)| {
+        let (column, row) = (nearest(x, size.0, width), nearest(y, size.1, height));
+        image.data()[row * width + column]
+    });
+    Plane::from_vec(size.0, size.1, pixels.collect()).ok()
 }
 
 fn check_size(path: &Path, camera: (usize, usize), image: (usize, usize)) -> Result<()> {

@@ -36,7 +36,9 @@ pub fn open_recording(path: &Path, options: &OpenOptions) -> Result<Recording> {
     } else {
         return Err(not_a_recording(path)?);
     };
-    Ok(Recording(Arc::new(contents)))
+    let recording = Recording(Arc::new(contents));
+    recording.look_at_colour();
+    Ok(recording)
 }
 
 fn check_options(options: &OpenOptions) -> Result<()> {

@@ -1,6 +1,7 @@
 //! Tables of inertial and magnetic samples: `imu.csv`, `mag.csv`, TUM's `accelerometer.txt`.
 
 use crate::rows::{Row, read_text, rows};
+use crate::times::{self, Unit};
 use crate::{Result, Warnings};
 use nalgebra::Vector3;
 use sphereflow_core::{ImuSample, MagSample, Stamp};
@@ -16,10 +17,11 @@ pub(super) fn read_imu(path: &Path, warnings: &mut Warnings) -> Result<Vec<ImuSa
     read(
         path,
         warnings,
-        |row| {
+        Unit::Nanoseconds,
+        |row, unit| {
             row.expect_columns(7, IMU_COLUMNS)?;
             Ok(ImuSample {
-                stamp: row.stamp_nanoseconds(0)?,
+                stamp: row.stamp(0, unit)?,
                 gyro_rad_s: vector_or_unknown(row, 1)?,
                 accel_m_s2: vector_or_unknown(row, 4)?,
             })
@@ -33,10 +35,11 @@ pub(super) fn read_accelerometer(path: &Path, warnings: &mut Warnings) -> Result
     read(
         path,
         warnings,
-        |row| {
+        Unit::Seconds,
+        |row, unit| {
             row.expect_columns(4, "timestamp ax ay az")?;
             Ok(ImuSample {
-                stamp: row.stamp_seconds(0)?,
+                stamp: row.stamp(0, unit)?,
                 gyro_rad_s: UNKNOWN,
                 accel_m_s2: row.numbers(1)?.into(),
             })
@@ -50,10 +53,11 @@ pub(super) fn read_mag(path: &Path, warnings: &mut Warnings) -> Result<Vec<MagSa
     read(
         path,
         warnings,
-        |row| {
+        Unit::Nanoseconds,
+        |row, unit| {
             row.expect_columns(4, "ns, mag x y z")?;
             Ok(MagSample {
-                stamp: row.stamp_nanoseconds(0)?,
+                stamp: row.stamp(0, unit)?,
                 mag_ut: row.numbers(1)?.into(),
             })
         },
@@ -73,14 +77,18 @@ fn vector_or_unknown(row: &Row<'_>, column: usize) -> Result<Vector3<f64>> {
 fn read<T>(
     path: &Path,
     warnings: &mut Warnings,
-    parse: impl Fn(&Row<'_>) -> Result<T>,
+    usual: Unit,
+    parse: impl Fn(&Row<'_>, Unit) -> Result<T>,
     stamp_of: impl Fn(&T) -> Stamp,
 ) -> Result<Vec<T>> {
     let text = read_text(path)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut guesses = Warnings::default();
+    let unit = times::unit(path, &text, 0, usual, &mut guesses);
+    warnings.append(&name, guesses);
     let mut samples: Vec<T> = Vec::new();
     for row in rows(path, &text) {
-        let sample = parse(&row)?;
+        let sample = parse(&row, unit)?;
         let stamp = stamp_of(&sample);
         match samples.last().map(&stamp_of) {
             Some(last) if stamp <= last => {

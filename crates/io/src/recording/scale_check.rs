@@ -1,7 +1,8 @@
 //! Does the depth scale make sense? The median depth of the first frames tells.
 
 use super::{Calibrated, FrameFiles};
-use crate::images::{depth_from_raw, read_raw_depth};
+use crate::images::{depth_from_raw, file_is_low_byte_first, read_raw_depth};
+use crate::rows::read_bytes;
 use crate::{Error, Result, Warnings};
 use std::path::Path;
 
@@ -35,6 +36,15 @@ pub(super) fn check(
     for raw in readable {
         let metres = depth_from_raw(&raw, scale)?.into_plane().into_vec();
         depths.extend(metres.into_iter().filter(|value| value.is_finite()));
+    }
+    if let Some(first) = files.first()
+        && let Ok(bytes) = read_bytes(&first.depth)
+        && file_is_low_byte_first(&bytes)
+    {
+        warnings.add(
+            "depth is PGM with the low byte first: read so",
+            || "the format puts the high byte first, in which neighbouring pixels would jump",
+        );
     }
     if depths.is_empty() {
         warnings.add(

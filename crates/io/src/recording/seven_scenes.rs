@@ -1,6 +1,6 @@
 //! 7-Scenes folders: numbered frames without time, poses by KinectFusion.
 
-use super::calibrate::calibrate;
+use super::calibrate::{Fallback, calibrate};
 use super::{Contents, FrameFiles, OpenOptions, RecordingKind, scale_check};
 use crate::rows::{read_text, rows};
 use crate::{CalibrationFile, Error, Result, Warnings};
@@ -64,14 +64,7 @@ pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Contents> {
             "none",
         ));
     }
-    let calibrated = calibrate(path, &files, options, || {
-        let calibration =
-            CalibrationFile::of_model("pinhole", &INTRINSICS, (640, 480), DEPTH_SCALE);
-        Ok((
-            calibration,
-            "7-Scenes depth camera as published (585, 585, 320, 240)".into(),
-        ))
-    })?;
+    let calibrated = calibrate(path, &files, options, &mut warnings, || fallback(path))?;
     let insisted = options.depth_scale.is_some();
     scale_check::check(path, &files, &calibrated, insisted, &mut warnings)?;
     Ok(Contents {
@@ -87,12 +80,55 @@ pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Contents> {
         gravity_in_world: gravity(path)?,
         sync: None,
         warnings,
+        colour_warnings: std::sync::Mutex::default(),
         notes: vec![
             format!("no stamps recorded: nominal {NOMINAL_HZ} Hz from the frame number"),
             "colour is not registered to depth (about 25 mm baseline)".into(),
             "truth is world from depth camera, by KinectFusion, good to 1-2 cm".into(),
         ],
     })
+}
+
+/// What `info.txt` of the recorder says, else the intrinsics that are published for the data set.
+fn fallback(path: &Path) -> Result<Fallback> {
+    let info = path.join("info.txt");
+    if info.is_file()
+        && let Some(calibration) = recorder_calibration(&read_text(&info)?)
+    {
+        return Ok(Fallback {
+            calibration,
+            source: "info.txt of the recorder".into(),
+            guessed: false,
+        });
+    }
+    Ok(Fallback {
+        calibration: CalibrationFile::of_model("pinhole", &INTRINSICS, (640, 480), DEPTH_SCALE),
+        source: "7-Scenes depth camera as published (585, 585, 320, 240)".into(),
+        guessed: true,
+    })
+}
+
+/// The depth camera of an `info.txt` (`m_name = value`), as recorders of this layout write it;
+/// `None` where an entry is missing or no number.
+fn recorder_calibration(text: &str) -> Option<CalibrationFile> {
+    let entry = |name: &str| {
+        let mut pairs = text.lines().filter_map(|line| line.split_once('='));
+        pairs.find(|(key, _)| key.trim() == name)
+    };
+    let number = |name: &str| entry(name)?.1.trim().parse::<f64>().ok();
+    let (width, height) = (number("m_depthWidth")?, number("m_depthHeight")?);
+    let (_, matrix) = entry("m_calibrationDepthIntrinsic")?;
+    let matrix: Vec<f64> = matrix
+        .split_whitespace()
+        .filter_map(|field| field.parse().ok())
+        .collect();
+    let &[fx, _, cx, _, _, fy, cy, ..] = matrix.as_slice() else {
+        return None;
+    };
+    let named = [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)];
+    let scale = number("m_depthShift")?;
+    let size = (width as usize, height as usize);
+    Some(CalibrationFile::of_model("pinhole", &named, size, scale))
 }
 
 /// The files of each frame number.

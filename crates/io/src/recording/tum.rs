@@ -1,6 +1,7 @@
 //! TUM RGB-D folders, and our own recordings, which are TUM folders with more in them.
 
-use super::calibrate::calibrate;
+use super::association;
+use super::calibrate::{Fallback, calibrate};
 use super::index::{self, Listed};
 use super::{
     Calibrated, Contents, FrameFiles, OpenOptions, RecordingKind, SyncStatistics, samples,
@@ -15,35 +16,17 @@ use std::path::Path;
 
 /// True where one of the two lists is there: the other's absence is then worth its own error.
 pub(super) fn is_here(path: &Path) -> bool {
-    path.join("rgb.txt").is_file() || path.join("depth.txt").is_file()
+    path.join("rgb.txt").is_file()
+        || path.join("depth.txt").is_file()
+        || association::find(path).is_some()
 }
 
 pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Contents> {
-    if !path.join("depth.txt").is_file() {
-        return Err(Error::content(
-            path,
-            "depth.txt beside rgb.txt",
-            "no such file",
-        ));
-    }
     let mut warnings = Warnings::default();
-    let depth = index::read(path, "depth.txt", &mut warnings)?;
-    if depth.is_empty() {
-        return Err(Error::content(
-            path,
-            "depth images listed in depth.txt",
-            "none",
-        ));
-    }
-    let colour = if path.join("rgb.txt").is_file() {
-        index::read(path, "rgb.txt", &mut warnings)?
-    } else {
-        warnings.add("no rgb.txt: frames have no colour", || "rgb.txt is missing");
-        Vec::new()
-    };
+    let (depth, colour) = lists(path, &mut warnings)?;
     let stamps: Vec<Stamp> = depth.iter().map(|listed| listed.stamp).collect();
     let (files, sync) = pair(depth, &colour, &stamps, options, &mut warnings);
-    let calibrated = calibrate(path, &files, options, || Ok(fallback(path)))?;
+    let calibrated = calibrate(path, &files, options, &mut warnings, || Ok(fallback(path)))?;
     let insisted = options.depth_scale.is_some();
     scale_check::check(path, &files, &calibrated, insisted, &mut warnings)?;
     let mag_file = path.join("mag.csv");
@@ -65,7 +48,32 @@ pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Contents> {
         notes: notes(&calibrated),
         calibrated: Some(calibrated),
         warnings,
+        colour_warnings: std::sync::Mutex::default(),
     })
+}
+
+/// The depth and the colour images that the folder lists.
+fn lists(path: &Path, warnings: &mut Warnings) -> Result<(Vec<Listed>, Vec<Listed>)> {
+    if !path.join("depth.txt").is_file() {
+        return match association::find(path) {
+            Some(file) => association::read(&file, warnings),
+            None => Err(Error::content(
+                path,
+                "depth.txt beside rgb.txt",
+                "no such file",
+            )),
+        };
+    }
+    let depth = index::read(path, "depth.txt", warnings)?;
+    if depth.is_empty() {
+        let expected = "depth images listed in depth.txt";
+        return Err(Error::content(path, expected, "none"));
+    }
+    if path.join("rgb.txt").is_file() {
+        return Ok((depth, index::read(path, "rgb.txt", warnings)?));
+    }
+    warnings.add("no rgb.txt: frames have no colour", || "rgb.txt is missing");
+    Ok((depth, Vec::new()))
 }
 
 /// Each depth image takes the nearest colour image.
@@ -143,7 +151,7 @@ fn notes(calibrated: &Calibrated) -> Vec<String> {
 
 /// The published calibration of the camera named in a list's header or in the folder's name, else
 /// the ROS driver's default.
-fn fallback(path: &Path) -> (crate::CalibrationFile, String) {
+fn fallback(path: &Path) -> Fallback {
     let named = camera_named_in_headers(path).or_else(|| {
         let folder = std::fs::canonicalize(path).ok()?;
         let name = folder.file_name()?.to_string_lossy().into_owned();
@@ -153,11 +161,19 @@ fn fallback(path: &Path) -> (crate::CalibrationFile, String) {
         && let Some(calibration) = published(number)
     {
         let source = format!("published calibration of freiburg{number}, named in {place}");
-        return (calibration, source);
+        return Fallback {
+            calibration,
+            source,
+            guessed: false,
+        };
     }
     let source = "ROS default of an uncalibrated Kinect (525, 525, 319.5, 239.5): no \
                   calibration.toml, and no freiburg camera named";
-    (ros_default(), source.into())
+    Fallback {
+        calibration: ros_default(),
+        source: source.into(),
+        guessed: true,
+    }
 }
 
 /// Enough for the comments at the head of a file.

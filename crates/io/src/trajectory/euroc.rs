@@ -2,9 +2,10 @@
 
 use super::order::{Builder, Order};
 use super::pose_text::{append_shortest, check_finite, pose_of};
-use crate::rows::{read_text, rows};
+use crate::rows::{Row, header, read_text, rows};
+use crate::times::Unit;
 use crate::{Result, beside};
-use sphereflow_core::Trajectory;
+use sphereflow_core::{Pose, Stamp, Trajectory};
 use std::path::Path;
 
 const COLUMNS: &str = "ns, px, py, pz, qw, qx, qy, qz";
@@ -23,13 +24,33 @@ pub fn read_euroc(path: &Path) -> Result<Trajectory> {
 pub(crate) fn read(path: &Path, order: Order<'_>) -> Result<Trajectory> {
     let text = read_text(path)?;
     let mut builder = Builder::new(order);
+    let unit = builder.unit(path, &text, Unit::Nanoseconds)?;
+    let scalar_last = scalar_is_last(&header(&text));
     for row in rows(path, &text) {
-        row.expect_at_least(8, COLUMNS)?;
-        let [w, x, y, z] = row.numbers(4)?;
-        let pose = pose_of(&row, row.numbers(1)?, [x, y, z, w])?;
-        builder.push(&row, row.stamp_nanoseconds(0)?, pose)?;
+        let parsed = parse(&row, unit, scalar_last);
+        builder.add(&row, parsed)?;
     }
     builder.finish(path)
+}
+
+/// True where the names of the columns put the quaternion's scalar last, against the format's habit.
+fn scalar_is_last(names: &[&str]) -> bool {
+    let is_scalar = |name: &str| {
+        let word: String = name.chars().filter(|c| c.is_ascii_alphabetic()).collect();
+        let word = word.to_ascii_lowercase();
+        word.starts_with('q') && word.trim_end_matches("ns").ends_with('w')
+    };
+    names.len() >= 8 && names.iter().position(|name| is_scalar(name)) == Some(7)
+}
+
+fn parse(row: &Row<'_>, unit: Unit, scalar_last: bool) -> Result<(Stamp, Pose)> {
+    row.expect_at_least(8, COLUMNS)?;
+    let mut quat: [f64; 4] = row.numbers(4)?;
+    if !scalar_last {
+        quat.rotate_left(1);
+    }
+    let pose = pose_of(row, row.numbers(1)?, quat)?;
+    Ok((row.stamp(0, unit)?, pose))
 }
 
 /// Write the eight columns of a EuRoC state file, without velocity and biases. Every number has

@@ -6,9 +6,9 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-/// Integer stamps with at least this many digits are nanoseconds: 10^15 ns are 11.6 days, and
-/// 10^15 s have never been seen.
-const NANOSECOND_DIGITS: usize = 16;
+/// No clock shows this many seconds: such a time counts something finer, as EuRoC's does. 10^14 ns
+/// are a day.
+const FINER_THAN_SECONDS: f64 = 1e14;
 
 /// The formats of trajectory files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,8 +48,8 @@ impl FromStr for TrajectoryFormat {
     }
 }
 
-/// The format of a trajectory file, by its first row: an integer stamp of 16 digits or more begins
-/// a EuRoC row, twelve columns are KITTI, eight are TUM.
+/// The format of a trajectory file, by its first row: a time of 1e14 or more before a comma begins a
+/// EuRoC row, twelve columns are KITTI, eight are TUM.
 ///
 /// # Errors
 /// [`Error::Line`] where the first row is none of these, [`Error::Content`] without rows.
@@ -58,11 +58,16 @@ pub fn guess_format(path: &Path) -> Result<TrajectoryFormat> {
     let row = rows(path, &text)
         .next()
         .ok_or_else(|| Error::content(path, "a trajectory", "no rows"))?;
-    let first = row.text(0);
-    let nanoseconds =
-        first.len() >= NANOSECOND_DIGITS && first.bytes().all(|byte| byte.is_ascii_digit());
+    let finer = row
+        .text(0)
+        .parse()
+        .is_ok_and(|t: f64| t >= FINER_THAN_SECONDS);
+    let commas = text
+        .lines()
+        .nth(row.line - 1)
+        .is_some_and(|l| l.contains([',', ';']));
     match row.fields.len() {
-        n if n >= 8 && nanoseconds => Ok(TrajectoryFormat::Euroc),
+        n if n >= 8 && finer && commas => Ok(TrajectoryFormat::Euroc),
         12 => Ok(TrajectoryFormat::Kitti),
         8 => Ok(TrajectoryFormat::Tum),
         n => Err(row.error(

@@ -48,7 +48,7 @@ pub(crate) fn read(path: &Path, times: Option<&Path>, order: Order<'_>) -> Resul
             })?,
             None => Stamp::from_ns(NS_PER_S.saturating_mul(index as i64)),
         };
-        builder.push(&row, stamp, pose_of(&row)?)?;
+        builder.add(&row, pose_of(&row).map(|pose| (stamp, pose)))?;
         count = index + 1;
     }
     match stamps {

@@ -2,9 +2,10 @@
 
 use super::order::{Builder, Order};
 use super::pose_text::{append_decimal, check_finite, pose_of};
-use crate::rows::{read_text, rows};
+use crate::rows::{Row, read_text, rows};
+use crate::times::Unit;
 use crate::{Result, beside};
-use sphereflow_core::Trajectory;
+use sphereflow_core::{Pose, Stamp, Trajectory};
 use std::path::Path;
 
 const COLUMNS: &str = "t tx ty tz qx qy qz qw";
@@ -21,12 +22,24 @@ pub fn read_tum(path: &Path) -> Result<Trajectory> {
 pub(crate) fn read(path: &Path, order: Order<'_>) -> Result<Trajectory> {
     let text = read_text(path)?;
     let mut builder = Builder::new(order);
+    let unit = builder.unit(path, &text, Unit::Seconds)?;
     for row in rows(path, &text) {
-        row.expect_columns(8, COLUMNS)?;
-        let pose = pose_of(&row, row.numbers(1)?, row.numbers(4)?)?;
-        builder.push(&row, row.stamp_seconds(0)?, pose)?;
+        let parsed = parse(&row, unit);
+        builder.add(&row, parsed)?;
     }
     builder.finish(path)
+}
+
+fn parse(row: &Row<'_>, unit: Unit) -> Result<(Stamp, Pose)> {
+    if row.fields.len() == 4 {
+        return Err(row.error(
+            format!("8 columns ({COLUMNS})"),
+            "4 columns: positions without orientation are no poses",
+        ));
+    }
+    row.expect_columns(8, COLUMNS)?;
+    let pose = pose_of(row, row.numbers(1)?, row.numbers(4)?)?;
+    Ok((row.stamp(0, unit)?, pose))
 }
 
 /// Write a TUM trajectory: nine decimals of time from the integer nanoseconds; every other number

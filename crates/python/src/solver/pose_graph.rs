@@ -102,6 +102,14 @@ graph_methods!(PyPoseGraph, "PoseGraph", {
         file.write(&path).into_python()
     }
 
+    /// What the file that was read holds that does not act on the poses, counted.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        let warnings = self.file.as_ref().map(PoseGraphFile::warnings);
+        let all = warnings.map_or(&[][..], sphereflow_io::Warnings::as_slice);
+        all.iter().map(ToString::to_string).collect()
+    }
+
     /// True nodes of a generated graph (N, 4, 4); none otherwise.
     #[getter]
     fn truth<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {

@@ -1,7 +1,7 @@
 //! `SolverResult`: what an adjustment did.
 
-use crate::pickle::{Reduced, reduced};
 use crate::plain::{Plain, plain_struct};
+use crate::reduce::{Reduced, reduced};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sphereflow_solver::{LinearSolver, Summary};

@@ -3,6 +3,7 @@
 use super::Simulator;
 use crate::{Result, SimConfig};
 use sphereflow_io::{CalibrationFile, ImuNoise, RecordingWriter};
+use std::ops::ControlFlow;
 use std::path::Path;
 
 /// Counts of the stored depth per metre: TUM's, a fifth of a millimetre.
@@ -15,19 +16,36 @@ impl Simulator {
     /// # Errors
     /// Those of the writer; the recording is then left as `<path>.partial`.
     pub fn write(&self, path: &Path) -> Result<()> {
-        self.write_with(path, |_| {})
+        self.write_with(path, |_| ControlFlow::Continue(()))
     }
 
-    /// [`Simulator::write`], telling the number of frames written after each.
+    /// Remove what [`Simulator::write_with`] left of a recording that was stopped.
+    fn remove_partial(path: &Path) {
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push(".partial");
+        // What cannot be removed is named by the next attempt to write here.
+        let _ = std::fs::remove_dir_all(path.with_file_name(name));
+    }
+
+    /// [`Simulator::write`], telling the number of frames written after each; `progress` may break
+    /// it off, and nothing is then left of the recording.
     ///
     /// # Errors
     /// As [`Simulator::write`].
-    pub fn write_with(&self, path: &Path, mut progress: impl FnMut(usize)) -> Result<()> {
+    pub fn write_with(
+        &self,
+        path: &Path,
+        mut progress: impl FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<()> {
         let mut writer = RecordingWriter::create(path, self.config.calibration()?)?;
         writer.set_truth(self.truth()?);
         for simulated in self.frames() {
             writer.push(&simulated?.frame)?;
-            progress(writer.len());
+            if progress(writer.len()).is_break() {
+                drop(writer);
+                Self::remove_partial(path);
+                return Ok(());
+            }
         }
         writer.finish()?;
         Ok(())

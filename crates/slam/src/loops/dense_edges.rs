@@ -1,7 +1,8 @@
 //! Keyframes whose surfaces overlap by the poses known so far, aligned with each other.
 
 use crate::config::GraphConfig;
-use crate::map::{Edge, Keyframe};
+use crate::map::keyframe::Keyframe;
+use crate::map::keyframe_graph::Edge;
 use nalgebra::{Matrix6, Vector6};
 use sphereflow_alignment::{Aligner, Alignment, Priors};
 use sphereflow_core::Pose;

@@ -1,6 +1,6 @@
 //! Keyframe poses that fit the measured motions between them best, by the solver's pose graph.
 
-use super::Keyframe;
+use super::keyframe::Keyframe;
 use nalgebra::Matrix6;
 use sphereflow_core::{Error, Pose, Result};
 use sphereflow_solver::graph::{GraphSummary, LoopSwitch, PoseGraph};

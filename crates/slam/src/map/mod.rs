@@ -4,8 +4,8 @@
 //! frames move with it, and no pose is kept twice.
 
 pub mod covariance;
-mod keyframe;
-mod keyframe_graph;
+pub(crate) mod keyframe;
+pub(crate) mod keyframe_graph;
 
 use crate::loops::dense_edges;
 pub use keyframe::Keyframe;
