@@ -45,7 +45,7 @@ fn camera_gives_every_pixel_of_both_streams_over_a_wrap_of_the_clock() {
     camera.start(Mode::DEPTH_11).unwrap();
     camera.start(Mode::BAYER).unwrap();
     let (mut depths, mut colours) = (0, 0);
-    let mut last = None;
+    let mut last: Option<Stamp> = None;
     for _ in 0..20 {
         let frame = camera.next_frame(TIMEOUT).unwrap().unwrap();
         assert!(frame.missing.is_empty());
@@ -56,15 +56,17 @@ fn camera_gives_every_pixel_of_both_streams_over_a_wrap_of_the_clock() {
                     depth.known_share(),
                     camera.model().table().apply(&raw).known_share()
                 );
-                if let Some(last) = last {
+                if let Some(last) = last.replace(frame.stamp) {
                     let step = frame.stamp.seconds_since(last);
                     assert!((step - 1.0 / 30.0).abs() < 1e-4, "{step}");
                 }
-                last = Some(frame.stamp);
                 depths += 1;
             }
             Content::Colour(colour) => {
                 assert_eq!(colour[(320, 240)], [(20 * colours) as u8, 90, 200]);
+                let last = last.unwrap();
+                // streams of one clock: their fits differ by what one arrival was later, 0 here
+                assert!(frame.stamp.seconds_since(last).abs() < 1e-6);
                 colours += 1;
             }
             Content::Infrared(_) => panic!("no infrared was started"),
@@ -72,6 +74,10 @@ fn camera_gives_every_pixel_of_both_streams_over_a_wrap_of_the_clock() {
     }
     assert_eq!((depths, colours), (10, 10));
     assert_eq!(camera.faults(&Mode::DEPTH_11).unwrap().lost, 0);
+    for mode in [Mode::DEPTH_11, Mode::BAYER] {
+        let ticks = camera.tick_faults(&mode).unwrap();
+        assert_eq!((ticks.wraps, ticks.steps_back, ticks.jumps), (1, 0, 0));
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::{
     TICKS_PER_SECOND, parse_fixed_parameters, parse_padding, parse_registration, parse_reply,
     parse_shift, start_colour, start_depth, start_infrared, stop_depth, stop_video,
 };
-use crate::clock::{ClockFit, ClockState, Ticks};
+use crate::clock::{ClockState, StreamClock, TickFaults};
 use crate::colour::{Order, YuvWeights, demosaic, rgb_from_yuv422};
 use crate::disparity::{DisparityModel, DisparityTable};
 use crate::registration::Registration;
@@ -44,9 +44,21 @@ pub struct CameraFrame {
     pub missing: Vec<std::ops::Range<usize>>,
 }
 
+/// A running stream.
 struct Stream {
     endpoint: u8,
     assembler: FrameAssembler,
+    clock: StreamClock,
+}
+
+impl Stream {
+    fn new(mode: Mode) -> Result<Self> {
+        Ok(Self {
+            endpoint: endpoint_of(&mode),
+            assembler: FrameAssembler::new(mode),
+            clock: StreamClock::new(TICKS_PER_SECOND)?,
+        })
+    }
 }
 
 /// An open camera.
@@ -57,8 +69,6 @@ pub struct Camera<L: UsbLink> {
     table: DisparityTable,
     registration: Registration,
     streams: Vec<Stream>,
-    ticks: Ticks,
-    clock: ClockFit,
     waiting: VecDeque<CameraFrame>,
 }
 
@@ -87,8 +97,6 @@ impl<L: UsbLink> Camera<L> {
             table: model.table(),
             model,
             streams: Vec::new(),
-            ticks: Ticks::new(TICKS_PER_SECOND)?,
-            clock: ClockFit::new(),
             waiting: VecDeque::new(),
             link,
             tag,
@@ -105,18 +113,25 @@ impl<L: UsbLink> Camera<L> {
         &self.registration
     }
 
-    /// Drift and jitter of the device's clock.
-    pub fn clock(&self) -> ClockState {
-        self.clock.state()
+    /// Drift and jitter of the device's clock, by the stream of a mode.
+    pub fn clock(&self, mode: &Mode) -> Option<ClockState> {
+        self.stream(mode).map(|stream| stream.clock.state())
+    }
+
+    /// Steps and wraps of the device's clock, by the stream of a mode.
+    pub fn tick_faults(&self, mode: &Mode) -> Option<TickFaults> {
+        self.stream(mode).map(|stream| stream.clock.faults())
+    }
+
+    fn stream(&self, mode: &Mode) -> Option<&Stream> {
+        self.streams
+            .iter()
+            .find(|stream| stream.endpoint == endpoint_of(mode))
     }
 
     /// What went wrong so far in the stream of a mode.
     pub fn faults(&self, mode: &Mode) -> Option<PacketFaults> {
-        let stream = self
-            .streams
-            .iter()
-            .find(|stream| stream.endpoint == endpoint_of(mode));
-        stream.map(|stream| stream.assembler.faults())
+        self.stream(mode).map(|stream| stream.assembler.faults())
     }
 
     /// Starts the stream of a mode; one that runs on its endpoint is stopped before.
@@ -131,10 +146,7 @@ impl<L: UsbLink> Camera<L> {
             PixelFormat::Infrared => start_infrared(&mode),
             PixelFormat::Bayer | PixelFormat::Uyvy => start_colour(&mode),
         };
-        self.streams.push(Stream {
-            endpoint,
-            assembler: FrameAssembler::new(mode),
-        });
+        self.streams.push(Stream::new(mode)?);
         self.run(&steps)
     }
 
@@ -191,34 +203,26 @@ impl<L: UsbLink> Camera<L> {
             if left.is_zero() {
                 return Ok(None);
             }
-            let mut frames = Vec::new();
-            let streams = &mut self.streams;
+            let (streams, waiting, table) = (&mut self.streams, &mut self.waiting, &self.table);
             self.link.packets(left, &mut |endpoint, bytes, arrived| {
                 let stream = streams
                     .iter_mut()
                     .find(|stream| stream.endpoint == endpoint);
-                if let Some(stream) = stream {
-                    stream
-                        .assembler
-                        .push(bytes, |frame| frames.push((frame, arrived)));
+                let Some(stream) = stream else { return };
+                let mut ended = Vec::new(); // a packet after a gap can end two
+                stream.assembler.push(bytes, |frame| ended.push(frame));
+                for frame in ended {
+                    let stamp = stream.clock.stamp(frame.ticks, arrived);
+                    let content = content(&frame, table);
+                    let missing = frame.missing;
+                    waiting.extend(content.map(|content| CameraFrame {
+                        stamp,
+                        content,
+                        missing,
+                    }));
                 }
             })?;
-            for (frame, arrived) in frames {
-                let stamp = self.stamp(frame.ticks, arrived);
-                let content = content(&frame, &self.table);
-                let missing = frame.missing;
-                self.waiting.extend(content.map(|content| CameraFrame {
-                    stamp,
-                    content,
-                    missing,
-                }));
-            }
         }
-    }
-
-    fn stamp(&mut self, ticks: Option<u32>, arrived: Stamp) -> Stamp {
-        let device_ns = ticks.and_then(|ticks| self.ticks.device_ns(ticks, arrived));
-        device_ns.map_or(arrived, |ns| self.clock.stamp(ns, arrived))
     }
 }
 

@@ -1,5 +1,6 @@
 //! The PrimeSense PS1080 (ASUS Xtion Pro, Carmine): its packets, control messages and image formats.
 
+pub(crate) mod camera;
 mod command;
 mod compressed;
 mod depth;
@@ -7,6 +8,7 @@ mod frames;
 mod image;
 mod parameters;
 
+pub use camera::{Camera, CameraFrame, Content};
 pub use command::{Opcode, Reply, Version, parse_reply, parse_version, request};
 pub use compressed::{compress_depth, compress_yuv, expand_bayer, expand_depth, expand_yuv};
 pub(crate) use depth::padding_of;

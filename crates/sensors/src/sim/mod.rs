@@ -3,10 +3,12 @@
 mod epson;
 mod kinect;
 mod kinect_registers;
+mod ps1080;
 #[cfg(unix)]
 mod pty;
 
 pub use epson::{EpsonSimulator, Script};
 pub use kinect::{KinectScript, KinectSimulator, Picture};
+pub use ps1080::Ps1080Simulator;
 #[cfg(unix)]
 pub use pty::PtyEpson;
