@@ -42,11 +42,11 @@ def rates(stamp_ns: np.ndarray, quat: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 def clock_offset_ns(recording: sf.io.Recording) -> int:
     """How much earlier than a frame's stamp the gyro's clock was, from the turns of both."""
-    odometry = sf.odometry.DepthOdometry(recording.camera, readout_s=READOUT_S)
+    engine = sf.Engine(sf.Calibration(recording.camera, readout_s=READOUT_S))
     for frame in recording.frames():
         if frame.depth_m is not None:
-            odometry.push(frame.depth_m, frame.stamp_ns)
-    seen = odometry.trajectory()
+            engine.push(frame)
+    seen = engine.trajectory("causal")
     truth = recording.truth
     camera_ns, camera = rates(seen.stamp_ns, seen.quat_xyzw)
     gyro_ns, gyro = rates(truth.stamp_ns, truth.quat_xyzw)
