@@ -3,20 +3,24 @@
 
 use sphereflow_core::{Plane, Pose, RgbdFrame, TrackStatus, Trajectory};
 use sphereflow_engine::{Engine, EngineConfig, Kind, Update, World};
-use sphereflow_sim::{SimConfig, Simulator};
+use sphereflow_sim::{DepthNoiseParameters, SimConfig, Simulator};
 use sphereflow_sphere::{Calibration, Camera};
 
 /// Seconds of the tour, at 30 Hz: a turn and a half of the table's corner, a few keyframes.
 const DURATION_S: f64 = 2.5;
-/// Rms distance of the final positions after the start was put on the truth's, metres: a camera that
-/// never moves has 0.3; Kinect noise at 160x120 leaves 0.02.
-const DRIFT_M: f64 = 0.05;
+/// Rms distance of the positions once the first poses are the same, metres: the noise at 160x120 leaves
+/// a quarter of it.
+const DRIFT_M: f64 = 0.01;
 
-/// The demo's tour, small.
+/// The demo's tour, small, its depth with noise but not bent: a bent one alone makes 0.06 m.
 fn tour() -> Simulator {
     let mut config = SimConfig::demo(3).unwrap();
     config.camera = Camera::pinhole(131.25, 131.25, 79.5, 59.5, 160, 120).unwrap();
     config.duration_s = DURATION_S;
+    config.depth_noise = DepthNoiseParameters::Independent {
+        sigma_inv_m: 2e-3,
+        quantum_inv_m: 0.0,
+    };
     Simulator::new(config).unwrap()
 }
 
@@ -134,7 +138,7 @@ fn engine_with_a_wrong_size_is_an_error_and_stays_as_it_was() {
         "{error}"
     );
     let update = engine.push(frames[1].clone()).unwrap().unwrap();
-    assert_eq!(update.status, TrackStatus::Tracked);
+    assert!(update.status.has_pose(), "{}", update.status);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! Single readings that jump away and back: held back for one sample, which tells them from motion.
 //!
 //! A reading that leaves the one before by more than a body can is not believed until the next one
-//! comes. Lies that nearer to it than to the one before, the jump was real, and what was held back is
-//! made up for; else it was a spike, and nothing of it was used. Vibration jumps with every sample:
-//! what counts as a jump grows with the usual one.
+//! comes. Lies that nearer to it than to the one before, or jumps as well, the jump was real (vibration
+//! and knocks jump there and back many times), and what was held back is made up for; else it was a
+//! spike, and nothing of it was used. What counts as a jump grows with the usual one.
 
 use crate::limits::refused;
 use crate::{Reason, Sensor};
@@ -25,8 +25,8 @@ const GYRO_JUMP: Jump = Jump {
     at_once: 1.0,
     per_s: 200.0,
 };
-/// A hand's acceleration changes by some 500 m/s^3: one spike of this size, believed for
-/// 5 ms, changes the velocity by 0.08 m/s and tilts no horizon by more than 0.1 degrees. Lower and higher as above.
+/// A hand's acceleration changes by some 500 m/s^3: one spike of this size, believed for 5 ms, changes
+/// the velocity by 0.08 m/s and tilts no horizon by more than 0.1 degrees. Lower and higher as above.
 const ACCEL_JUMP: Jump = Jump {
     at_once: 10.0,
     per_s: 1000.0,
@@ -40,6 +40,9 @@ const SPEED_JUMP: Jump = Jump {
 /// So many times the usual jump is no spike: vibration. Lower: vibration is thinned out before it is
 /// known; higher: a spike after a knock passes.
 const USUAL: f64 = 4.0;
+/// Two jumps in a row are vibration up to this many limits, and all of it is believed. Lower: taps on a
+/// sensor lose readings, and its integral drifts; higher: two spikes in a row pass.
+const VIBRATION: f64 = 10.0;
 /// Time constant of the usual jump, seconds: a single spike hardly counts.
 const USUAL_TAU_S: f64 = 0.25;
 
@@ -129,6 +132,11 @@ impl SpikeGate {
         self.usual += share * (found.min(limit) - self.usual);
         match self.held.take() {
             Some((held, held_s)) if (reading - held).norm() < found => {
+                self.refused -= 1;
+                self.last = Some(*reading);
+                Sieved::Late(held - last, held_s)
+            }
+            Some((held, held_s)) if found > limit && found < VIBRATION * limit => {
                 self.refused -= 1;
                 self.last = Some(*reading);
                 Sieved::Late(held - last, held_s)
