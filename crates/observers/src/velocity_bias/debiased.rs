@@ -89,7 +89,8 @@ impl Sums {
         self.spectrum(mean_range, LEAST_OF_SECOND + at_first)
     }
 
-    /// What is left of the information, of directions with this `least` share: `None` where nothing is. Order [angular, linear]; `mean_range`
+    /// What is left of the information, of directions with this `least` share: `None` where
+    /// nothing is. Order [angular, linear]; `mean_range`
     /// makes rates comparable to velocities.
     pub fn spectrum(&self, mean_range: f64, least: f64) -> Option<Spectrum> {
         let l = mean_range.max(f64::MIN_POSITIVE);
