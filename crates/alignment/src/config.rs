@@ -42,7 +42,7 @@ impl Default for CovarianceModel {
     }
 }
 
-/// Settings of [`crate::VelocityEstimator`] and [`crate::DepthOdometry`].
+/// Settings of [`crate::VelocityEstimator`] and of everything built on [`crate::Aligner`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
     /// Side of the blocks of pixels that are averaged first, for an image [`REFERENCE_WIDTH`]

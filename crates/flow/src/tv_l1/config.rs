@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 use sphereflow_core::checks::{positive, within};
 
-/// Settings of [`TvL1Flow`].
+/// Settings of [`crate::TvL1Flow`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TvL1Config {
     /// Weight alpha^2 of the data, per grey level; `None` for 0.25, less by the noise.

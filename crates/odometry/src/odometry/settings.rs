@@ -5,7 +5,7 @@ use crate::keyframe::KeyframePolicy;
 use sphereflow_alignment::Config;
 use sphereflow_core::Error;
 
-/// Settings of [`DepthOdometry`].
+/// Settings of [`crate::DepthOdometry`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OdometryConfig {
     /// How two images are aligned.
