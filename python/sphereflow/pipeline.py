@@ -159,6 +159,7 @@ class _Job:
         self.watch, self.journal = Stopwatch(), Journal()
         self.engine = Engine(settings.device_of(recording), settings.engine_config(recording))
         self.sample: Any = None  # distances from the middle of the run, for a picture
+        self.unseen: list[str] = []  # why the viewer's file was given up
 
     def track(self) -> None:
         """Each frame through the engine."""
@@ -172,10 +173,7 @@ class _Job:
             self.journal.motion(frame.stamp_ns, update, with_depth=metres is not None)
             if metres is not None and (self.sample is None or index <= (total or 0) // 2):
                 self.sample = metres
-            if self.viewer is not None:
-                with self.watch("view"):
-                    self.viewer.frame(index, frame, update)
-                    self.viewer.cloud(index, frame.stamp_ns, self.engine.growing_cloud)
+            self._look(partial(_look_on, index, frame, update, self.engine.growing_cloud))
             self.progress("track", index + 1, total or 0)
 
     def finish(self) -> None:
@@ -184,9 +182,7 @@ class _Job:
             self.engine.finish(partial(self.progress, "compare"))
         if self.engine.report["graph"] is not None:
             self.journal.final = self.engine.trajectory("final")
-        if self.viewer is not None:
-            with self.watch("view"):
-                self.viewer.points(*self.engine.map.cloud.points())
+        self._look(lambda viewer: viewer.points(*self.engine.map.cloud.points()))
 
     def write(self, folder: ResultFolder, source: str, *, pictures: bool) -> RunResult:
         """All files of the result."""
@@ -197,8 +193,8 @@ class _Job:
             errors = errors_of(journal, recording.truth)
         with watch("write"):
             points = self._write_files(folder.path, engine)
-            if self.viewer is not None:
-                self.viewer.close(journal, recording.truth)
+            self._look(lambda viewer: viewer.close(journal, recording.truth))
+            warnings += self.unseen
             if pictures:
                 drawn = self._pictures(folder.path / "pictures")
                 warnings += [] if drawn is None else [drawn]
@@ -225,6 +221,17 @@ class _Job:
             odometry_ape=odometry_ape if isinstance(odometry_ape, evaluation.PoseError) else None,
             report=report,
         )
+
+    def _look(self, action: Callable[[ViewerLike], None]) -> None:
+        """Let the viewer look on; a file that cannot be written costs only itself."""
+        if self.viewer is None:
+            return
+        try:
+            with self.watch("view"):
+                action(self.viewer)
+        except OSError as error:
+            self.unseen.append(f"no file for the viewer: {error}")
+            self.viewer = None
 
     def _total(self) -> int | None:
         """Frames to come, None where their number is open."""
@@ -293,6 +300,13 @@ class _Job:
         except sphereflow.MissingExtraError as error:
             return f"no pictures: {error}"
         return None
+
+
+def _look_on(
+    index: int, frame: FrameLike, update: Any, cloud: Callable[[], Any], viewer: ViewerLike
+) -> None:
+    viewer.frame(index, frame, update)
+    viewer.cloud(index, frame.stamp_ns, cloud)
 
 
 def _viewer(recording: RecordingLike, path: Path) -> ViewerLike:

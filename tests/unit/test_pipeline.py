@@ -8,6 +8,7 @@ import fakes
 import numpy as np
 import pytest
 import sphereflow
+import sphereflow.pipeline
 from sphereflow.pipeline import run
 
 EXACT = 1e-6
@@ -340,3 +341,18 @@ def test_run_of_frames_from_anywhere_needs_a_calibration(tmp_path):
     assert result.report["frames"] == 20
     assert result.coverage == 1.0
     assert sphereflow.Calibration.read(result.folder / "calibration.toml").depth == recording.camera
+
+
+def test_run_whose_viewer_cannot_write_keeps_the_result_and_says_so(tmp_path, monkeypatch):
+    class Full:
+        def frame(self, index, frame, motion):
+            raise OSError(28, "No space left on device")
+
+        def discard(self):
+            pass
+
+    monkeypatch.setattr(sphereflow.pipeline, "_viewer", lambda recording, path: Full())
+    rrd = tmp_path / "run.rrd"
+    result = run(fakes.FakeRecording(20), tmp_path / "out", pictures=False, rrd=rrd)
+    assert result.covered
+    assert "No space left" in result.report["warnings"]["texts"][0]
