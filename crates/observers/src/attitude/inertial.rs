@@ -18,10 +18,10 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 /// Steps closer to each other than this share use the same coefficients: their error is of that
 /// size, while integration always takes the exact step.
 const SAME_STEP: f64 = 1e-3;
-/// Accelerations of a body beyond this are cut, m/s^2: 12 g, most of the usual sensor. Lower: hard
-/// shaking is cut, and its mean with it (35 m/s^2 tilts BROAD's fast trials by degrees); higher: bursts
-/// of nonsense that no spike gate sees turn the horizon further.
-const REACH_M_S2: f64 = 120.0;
+/// Accelerations of a body beyond this are cut, m/s^2: 8 g, a tenth of a second of which tilts the
+/// horizon by 10 degrees. Lower: hard shaking is cut, and its mean with it (35 m/s^2 tilts BROAD's fast
+/// trials by degrees); higher: bursts of nonsense that no spike gate sees turn the horizon further.
+const REACH_M_S2: f64 = 80.0;
 /// Weights of the heading's first corrections never fall below 1/n, so that it is found at once.
 const FIRST_WEIGHT: f64 = 1.0;
 
