@@ -53,6 +53,18 @@ fn bits(trajectory: &Trajectory) -> Vec<(i64, Vec<u64>)> {
 /// Rounding of matrix to quaternion and back: below 1e-15 but for a few rotations of 100 000.
 const MATRIX_ROUNDING: f64 = 4e-15;
 
+/// A time soon after 1970 in nanoseconds is a date of today in microseconds.
+#[test]
+fn euroc_header_that_names_nanoseconds_is_believed() {
+    let stamp = Stamp::from_ns(1_580_092_258_152_241);
+    let trajectory = Trajectory::from_vecs(vec![stamp], vec![Pose::identity()]).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.csv");
+    write_trajectory(&path, &trajectory, TrajectoryFormat::Euroc).unwrap();
+    let back = read_trajectory(&path, Some(TrajectoryFormat::Euroc)).unwrap();
+    assert_eq!(back.stamps(), trajectory.stamps());
+}
+
 proptest! {
     #[test]
     fn tum_and_euroc_written_then_read_give_every_bit(trajectory in any_trajectory()) {

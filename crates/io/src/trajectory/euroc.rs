@@ -24,8 +24,13 @@ pub fn read_euroc(path: &Path) -> Result<Trajectory> {
 pub(crate) fn read(path: &Path, order: Order<'_>) -> Result<Trajectory> {
     let text = read_text(path)?;
     let mut builder = Builder::new(order);
-    let unit = builder.unit(path, &text, Unit::Nanoseconds)?;
-    let scalar_last = scalar_is_last(&header(&text));
+    let names = header(&text);
+    // A header that names the unit is believed: our own files say it.
+    let unit = match names.first() {
+        Some(name) if name.contains("[ns]") => Unit::Nanoseconds,
+        _ => builder.unit(path, &text, Unit::Nanoseconds)?,
+    };
+    let scalar_last = scalar_is_last(&names);
     for row in rows(path, &text) {
         let parsed = parse(&row, unit, scalar_last);
         builder.add(&row, parsed)?;
