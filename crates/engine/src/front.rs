@@ -64,8 +64,10 @@ impl Front {
 
     /// The keyframe in use was moved by the graph: later frames go on from there.
     pub fn rebase(&mut self, world_from_keyframe: &Pose) {
-        self.odometry.rebase(world_from_keyframe);
-        self.last = None;
+        let correction = self.odometry.rebase(world_from_keyframe);
+        if let Some((pose, _, _)) = &mut self.last {
+            *pose = correction * *pose;
+        }
     }
 
     /// The frame's distances as the estimators want them: masked, and corrected by the calibration.
@@ -121,7 +123,7 @@ impl Front {
             return covariance;
         }
         match &self.last {
-            None => Matrix6::zeros(),
+            None => Matrix6::repeat(f64::NAN), // nothing was measured yet
             Some((pose, known, stamp)) => {
                 let moved = pose.inverse() * result.world_from_camera;
                 let dt_s = result.stamp.seconds_since(*stamp).max(0.0);

@@ -13,7 +13,7 @@ pub struct Update {
     /// predicted, a skipped one's is that of the frame before.
     pub world_from_camera: Pose,
     /// Covariance of the pose relative to the start of its segment, `[rotation, translation]` in the
-    /// current camera frame, radians and metres.
+    /// current camera frame, radians and metres; NaN before the first measured pose.
     pub covariance: Matrix6<f64>,
     /// Measured or not, and why.
     pub status: TrackStatus,

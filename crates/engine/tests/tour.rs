@@ -199,3 +199,23 @@ fn engine_without_extrinsics_keeps_the_first_camera_and_says_why() {
         matches!(&engine.report().world, World::FirstCamera { because } if because.contains("camera_from_imu"))
     );
 }
+
+#[test]
+fn engine_never_claims_certainty_of_a_pose_that_it_predicts() {
+    let simulator = tour();
+    let frames = frames(&simulator);
+    let blind = |frame: &RgbdFrame| RgbdFrame {
+        stamp: frame.stamp,
+        ..RgbdFrame::default()
+    };
+    let mut engine = Engine::new(calibration(&simulator), EngineConfig::default()).unwrap();
+    let first = engine.push(blind(&frames[0])).unwrap().unwrap();
+    assert!(first.covariance.iter().all(|v| v.is_nan()));
+    for frame in &frames[1..40] {
+        engine.push(frame.clone()).unwrap();
+    }
+    engine.finish().unwrap();
+    let lost = engine.push(blind(&frames[42])).unwrap().unwrap();
+    assert!(!lost.status.has_pose());
+    assert!(lost.covariance.cholesky().is_some(), "{}", lost.covariance);
+}

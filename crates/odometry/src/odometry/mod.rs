@@ -84,13 +84,17 @@ impl DepthOdometry {
     }
 
     /// The keyframe in use is at another place than was believed: the poses to come go on from there.
-    pub fn rebase(&mut self, world_from_keyframe: &Pose) {
+    /// Returns the correction, `new_world_from_old_world`; the identity before the first keyframe.
+    pub fn rebase(&mut self, world_from_keyframe: &Pose) -> Pose {
+        let mut moved = Pose::identity();
         if let Some(keyframe) = &mut self.keyframe {
             let correction = *world_from_keyframe * keyframe.pose.inverse();
             keyframe.pose = *world_from_keyframe;
             self.last.pose = correction * self.last.pose;
             self.last_pose = correction * self.last_pose;
+            moved = correction;
         }
+        moved
     }
 
     /// The next frame.
